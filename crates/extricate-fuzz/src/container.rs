@@ -1,5 +1,5 @@
-//! Model files and roadmaps taken apart, and put together again with a checksum that is right: as
-//! whoever wants to do harm would.
+//! Takes model files and roadmaps apart, and puts them together again with a right checksum, as an
+//! attacker would.
 //!
 //! The integration tests of the library use this file too.
 
@@ -9,40 +9,40 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde_json::json;
 use serde_json::value::RawValue;
 
-/// Where a model says what it is.
-const MODEL: &str = "extricate";
-/// Where a roadmap does, and the order of its arrays under the checksum.
-const ROADMAP: &str = "extricate-roadmap";
+/// Metadata key of a model.
+const MODEL_KEY: &str = "extricate";
+/// Metadata key of a roadmap, and the order of its arrays under the checksum.
+const ROADMAP_KEY: &str = "extricate-roadmap";
 const ROADMAP_ARRAYS: [&str; 3] = ["configs", "edges", "narrow"];
 
 /// A file taken apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Container {
-    /// Which kind of file it is.
+    /// Metadata key, which differs by the kind of file.
     pub key: String,
     /// Version of the layout.
     pub format: u64,
-    /// Statistics of a model, or what a roadmap says of itself: JSON.
+    /// Statistics of a model, or the properties of a roadmap: JSON.
     pub text: String,
-    /// By name.
+    /// Arrays in the order of their names.
     pub arrays: Vec<Array>,
 }
 
 /// One array of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
-    /// Its name.
+    /// Name in the file.
     pub name: String,
     /// Type of its numbers.
     pub dtype: Dtype,
-    /// Rows, and columns where there are any.
+    /// Number of rows, and of columns if there are any.
     pub shape: Vec<usize>,
     /// The numbers, least byte first.
     pub bytes: Vec<u8>,
 }
 
 impl Container {
-    /// Takes a file apart, whatever its checksum says. `None` where it is none of these.
+    /// Takes a file apart, whatever its checksum is. Returns `None` for files of other kinds.
     pub fn open(file: &[u8]) -> Option<Self> {
         let (_, metadata) = SafeTensors::read_metadata(file).ok()?;
         let (key, header) = metadata.metadata().as_ref()?.iter().next()?;
@@ -63,13 +63,13 @@ impl Container {
         Some(Self { key: key.clone(), format, text, arrays })
     }
 
-    /// The file, with a right checksum. Shapes follow from lengths; what is left of a number at the
-    /// end of an array is dropped.
+    /// Returns the file with a right checksum. Shapes follow from lengths; the bytes of an
+    /// incomplete number at the end of an array are dropped.
     pub fn sealed(&self) -> Vec<u8> {
         let arrays: Vec<Array> = self.arrays.iter().map(Array::whole).collect();
         let named = |name: &str| arrays.iter().find(|array| array.name == name);
         let mut parts = vec![self.text.as_bytes()];
-        if self.key == ROADMAP {
+        if self.key == ROADMAP_KEY {
             parts.extend(ROADMAP_ARRAYS.iter().filter_map(|name| named(name)).map(|array| &array.bytes[..]));
         } else {
             parts.extend(arrays.iter().map(|array| &array.bytes[..]));
@@ -80,7 +80,7 @@ impl Container {
             hasher.update(part);
         }
         let checksum = hasher.finalize().to_hex().to_string();
-        let header = if self.key == MODEL {
+        let header = if self.key == MODEL_KEY {
             format!(r#"{{"format":{},"statistics":{},"checksum":"{checksum}"}}"#, self.format, self.text)
         } else {
             json!({"format": self.format, "checksum": checksum, "roadmap": self.text}).to_string()
@@ -92,19 +92,19 @@ impl Container {
         serialize(arrays.iter().map(view), Some(HashMap::from([(self.key.clone(), header)]))).expect("into memory")
     }
 
-    /// The array of this name.
+    /// Returns the array of this name.
     pub fn array(&mut self, name: &str) -> Option<&mut Array> {
         self.arrays.iter_mut().find(|array| array.name == name)
     }
 }
 
 impl Array {
-    /// Bytes of one number.
+    /// Number of bytes of one number.
     pub fn size(&self) -> usize {
         (self.dtype.bitsize() / 8).max(1)
     }
 
-    /// The same with whole numbers, and with the shape that these make.
+    /// Returns the array without incomplete numbers, and with the shape that follows.
     fn whole(&self) -> Self {
         let mut bytes = self.bytes.clone();
         bytes.truncate(bytes.len() / self.size() * self.size());

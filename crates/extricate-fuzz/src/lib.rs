@@ -1,9 +1,9 @@
-//! What the fuzz targets do with an input, where their first inputs come from, and how inputs are
-//! changed. Nothing here needs libFuzzer: `fuzz/` runs it on these functions, the tests replay
-//! them, and the program of this package changes inputs at random.
+//! The fuzz targets, their first inputs, and ways to change inputs. Nothing here needs libFuzzer:
+//! `fuzz/` runs it on these functions, the tests replay them, and the program of this package
+//! changes inputs at random.
 //!
-//! A target returns for every input that is answered rightly or refused with an error, and panics
-//! for all else. Reading order: `container`, `spoil`, `scenes`, `model`, `roadmap`, `mutate`; then
+//! A target returns if the input is answered rightly or refused with an error, and panics
+//! otherwise. Reading order: `container`, `spoil`, `scenes`, `model`, `roadmap`, `mutate`; then
 //! `seeds`, `texts`, `meshes`.
 
 pub mod container;
@@ -18,19 +18,19 @@ pub mod texts;
 
 use rand_chacha::ChaCha8Rng;
 
-/// Something that reads bytes of others.
+/// Reader of foreign bytes, with the inputs to try on it.
 pub struct Target {
-    /// As the command line and `fuzz/fuzz_targets/` name it.
+    /// Name on the command line and in `fuzz/fuzz_targets/`.
     pub name: &'static str,
-    /// Reads an input and uses what was read; panics where the library does not keep its word.
+    /// Reads an input and uses what was read; panics if the library breaks a promise.
     pub run: fn(&[u8]),
-    /// The first inputs, made by the repository itself; each has a name.
+    /// Makes the first inputs, each with a name.
     pub corpus: fn() -> Vec<(String, Vec<u8>)>,
-    /// An input that differs from the first one, perhaps by what the second one has.
+    /// Makes an input that differs from the first one, perhaps by a piece of the second one.
     pub mutate: fn(&mut ChaCha8Rng, &[u8], &[u8]) -> Vec<u8>,
 }
 
-/// All targets.
+/// All targets of the fuzzer.
 pub const TARGETS: &[Target] = &[
     Target { name: "model", run: model::run, corpus: model::corpus, mutate: mutate::sealed },
     Target { name: "roadmap", run: roadmap::run, corpus: roadmap::corpus, mutate: mutate::sealed },
@@ -48,12 +48,12 @@ pub const TARGETS: &[Target] = &[
     plain("cloud", meshes::cloud, seeds::cloud),
 ];
 
-/// A target whose inputs are changed as text and as bytes.
+/// Makes a target whose inputs are changed as text and as bytes.
 const fn plain(name: &'static str, run: fn(&[u8]), corpus: fn() -> Vec<(String, Vec<u8>)>) -> Target {
     Target { name, run, corpus, mutate: mutate::plain }
 }
 
-/// The target of this name.
+/// Returns the target of this name.
 pub fn target(name: &str) -> Option<&'static Target> {
     TARGETS.iter().find(|target| target.name == name)
 }

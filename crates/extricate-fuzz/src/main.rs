@@ -1,10 +1,9 @@
 //! Runs a target on inputs that a random number generator makes of its corpus, with any toolchain.
 //!
 //! `extricate-fuzz TARGET COUNT SEED [FOLDER]` reports every place that panics, once, with the
-//! number of inputs that got there; every input that takes longer than 10 s of the processor; and
-//! how many were tried. What it reports lies in FOLDER, which is `fuzz/artifacts/TARGET` where none
-//! is given.
-//! Nothing stops an input that never ends but a second thread, which keeps it and ends the
+//! number of inputs that got there. It also reports every input that takes longer than 10 s of the
+//! processor, and how many were tried. Reported inputs are kept in FOLDER, which is
+//! `fuzz/artifacts/TARGET` by default. A second thread keeps an input that never ends and ends the
 //! program. `extricate-fuzz corpus FOLDER` writes the corpora, a folder each.
 
 use std::collections::BTreeMap;
@@ -20,17 +19,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::time::{ClockId, clock_gettime};
 
-/// An input that takes longer is reported: time of the processor, since others may use it too.
-const SLOW: Duration = Duration::from_secs(10);
-/// One that takes longer ends the program.
-const ENDLESS: Duration = Duration::from_secs(60);
-/// Inputs between two lines that say how far it is.
-const BETWEEN_LINES: u64 = 20_000;
-/// Inputs that are kept to be changed again, beside the corpus.
-const KEPT: usize = 64;
-/// After so many inputs the kept ones are forgotten: changes of changes end as noise that is
+/// Processor time beyond which an input is reported; others may use the processor too.
+const SLOW_LIMIT: Duration = Duration::from_secs(10);
+/// Processor time beyond which an input ends the program.
+const ENDLESS_LIMIT: Duration = Duration::from_secs(60);
+/// Inputs between two lines of progress.
+const PROGRESS_INPUTS: u64 = 20_000;
+/// Inputs that are kept to be changed again, besides the corpus.
+const MAX_KEPT_INPUTS: usize = 64;
+/// The kept inputs are dropped after this many inputs: repeated changes end as noise that is
 /// refused at the first byte.
-const GENERATION: u64 = 5_000;
+const GENERATION_INPUTS: u64 = 5_000;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -78,16 +77,16 @@ fn write_corpora(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The input that is being tried and when it began, for the thread that watches.
+/// The current input and when it began, for the thread that watches.
 type Current = Arc<Mutex<Option<(Duration, Vec<u8>)>>>;
 
-/// What all threads of this process have taken of the processor.
+/// Returns the processor time that all threads of this process have taken.
 fn processor_time() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(u64::try_from(time.tv_sec).unwrap_or_default(), u32::try_from(time.tv_nsec).unwrap_or_default())
 }
 
-/// Whether nothing was found.
+/// Returns whether nothing was found.
 fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<bool> {
     fs::create_dir_all(folder)?;
     let place: Arc<Mutex<String>> = Arc::default();
@@ -103,7 +102,7 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut found, mut slow, started) = (BTreeMap::<String, u64>::new(), 0, Instant::now());
     for number in 0..count {
-        if number % GENERATION == 0 {
+        if number % GENERATION_INPUTS == 0 {
             inputs.truncate(corpus);
         }
         let [one, other] = [(); 2].map(|()| rng.random_range(0..inputs.len()));
@@ -128,7 +127,7 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
             }
         }
         let took = processor_time().saturating_sub(began);
-        if took > SLOW {
+        if took > SLOW_LIMIT {
             slow += 1;
             let name = folder.join(format!("slow-{number}"));
             fs::write(&name, &input)?;
@@ -136,14 +135,14 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
         }
         // A change of a change goes further than one of the corpus.
         if outcome.is_ok() && rng.random_range(0..8) == 0 {
-            if inputs.len() < corpus + KEPT {
+            if inputs.len() < corpus + MAX_KEPT_INPUTS {
                 inputs.push(input);
             } else {
                 let at = rng.random_range(corpus..inputs.len());
                 inputs[at] = input;
             }
         }
-        if (number + 1) % BETWEEN_LINES == 0 {
+        if (number + 1) % PROGRESS_INPUTS == 0 {
             println!("{} inputs, {} places, {slow} slow", number + 1, found.len());
         }
     }
@@ -153,15 +152,15 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
     Ok(found.is_empty() && slow == 0)
 }
 
-/// Keeps an input that does not end, and ends the program.
+/// Watches the current input; keeps one that does not end, and ends the program.
 fn watch(current: Current, path: PathBuf) {
     thread::spawn(move || {
         loop {
             thread::sleep(Duration::from_secs(1));
             let held = current.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            let endless = |began: &Duration| processor_time().saturating_sub(*began) > ENDLESS;
+            let endless = |began: &Duration| processor_time().saturating_sub(*began) > ENDLESS_LIMIT;
             if let Some((_, input)) = held.as_ref().filter(|(began, _)| endless(began)) {
-                println!("an input of {} bytes takes longer than {:.0} s", input.len(), ENDLESS.as_secs_f64());
+                println!("an input of {} bytes takes longer than {:.0} s", input.len(), ENDLESS_LIMIT.as_secs_f64());
                 match fs::write(&path, input) {
                     Ok(()) => println!("  kept as {}", path.display()),
                     Err(error) => println!("  not kept: {error}"),

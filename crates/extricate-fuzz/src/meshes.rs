@@ -1,5 +1,4 @@
-//! Files of meshes and of points, of every format. What is read has to be something that a scene
-//! can be made of.
+//! Targets for files of meshes and of points, in every format. A scene must accept what is read.
 
 use std::sync::Arc;
 
@@ -10,34 +9,34 @@ use extricate::{Error, Scene, builtin};
 use crate::texts::{limits, use_any};
 
 /// Triangles of a mesh that is checked against a robot; larger ones are only read.
-const MOST_CHECKED: usize = 2_000;
+const MAX_CHECKED_TRIANGLES: usize = 2_000;
 
-/// STL.
+/// Reads and uses an STL file.
 pub fn stl(bytes: &[u8]) {
     mesh("a.stl", bytes);
 }
 
-/// Wavefront OBJ.
+/// Reads and uses a Wavefront OBJ file.
 pub fn obj(bytes: &[u8]) {
     mesh("a.obj", bytes);
 }
 
-/// COLLADA.
+/// Reads and uses a COLLADA file.
 pub fn dae(bytes: &[u8]) {
     mesh("a.dae", bytes);
 }
 
-/// PLY.
+/// Reads and uses a PLY file.
 pub fn ply(bytes: &[u8]) {
     mesh("a.ply", bytes);
 }
 
-/// glTF, binary or not.
+/// Reads and uses a glTF file, binary or text.
 pub fn glb(bytes: &[u8]) {
     mesh("a.glb", bytes);
 }
 
-/// Points, as PLY, as PCD and as text.
+/// Reads and uses points as PLY, as PCD and as text.
 pub fn cloud(bytes: &[u8]) {
     for file in ["a.ply", "a.pcd", "a.xyz"] {
         let seen = cloud::parse(file, "points", bytes, &limits())
@@ -72,7 +71,7 @@ fn mesh(name: &str, bytes: &[u8]) {
     assert!(mesh.vertices.iter().all(|vertex| vertex.iter().all(|x| x.abs() <= 1e9)), "a vertex too far away");
     let parts: usize = mesh.components.iter().map(|component| component.triangles.len()).sum();
     assert_eq!(parts, mesh.triangles.len(), "triangles in no component, or in several");
-    if mesh.triangles.len() <= MOST_CHECKED {
+    if mesh.triangles.len() <= MAX_CHECKED_TRIANGLES {
         let scene: Scene = builtin::scene("planar-arm").expect("a built-in scene");
         let body = Body::obstacle("fuzzed", Geometry::Mesh(Arc::new(mesh)), Pose::identity());
         use_any(scene.with_obstacles([body]));
@@ -97,7 +96,7 @@ mod tests {
             for (name, bytes) in seeds {
                 let mut beside = |_: &str| Ok((0..60).collect());
                 let read = parse_among(file, &bytes, &limits(), &mut beside, &mut Vec::new());
-                // The file beside the last glTF holds no numbers in particular.
+                // The buffer that the last glTF names holds arbitrary bytes.
                 let is_other = file == "a.glb" && name == "seed-1";
                 assert!(read.is_ok() || is_other, "{file} {name}: {}", read.err().unwrap());
             }

@@ -1,5 +1,5 @@
-//! The target of model files. Whoever writes one can make its checksum right: so the target does,
-//! and what is in the file is all that is left to be refused.
+//! The target of model files. It corrects the checksum, as an attacker can, so that only the
+//! content is left to be refused.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,15 +15,15 @@ use extricate::{
 use crate::container::Container;
 use crate::scenes;
 
-/// Configurations that a model is asked about.
-const QUERIES: u64 = 3;
-/// Checks that a query may take: a model may say that it needs any number.
-const CHECKS: usize = 400;
+/// Configurations that a model is queried about.
+const MODEL_QUERIES: u64 = 3;
+/// Budget of a query: a model may claim to need any number of checks.
+const MAX_CHECKS: usize = 400;
 
 /// Length \[m\] beyond which a scene is vast.
-const VAST: f64 = 1e5;
+const VAST_LENGTH_M: f64 = 1e5;
 
-/// Reads a model file, and asks what can be read; panics where an answer is wrong.
+/// Reads a model file and queries the model; panics if an answer is wrong.
 pub fn run(bytes: &[u8]) {
     let sealed = Container::open(bytes).map(|file| file.sealed());
     if let Ok(model) = model_file::decode(Path::new("m"), sealed.as_deref().unwrap_or(bytes)) {
@@ -31,23 +31,23 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// Asks a model, and looks at whether what it promises holds.
+/// Queries a model and checks the promises of its answers.
 ///
 /// # Panics
-/// Where it does not.
+/// If a promise does not hold.
 pub fn query(model: impl Into<Arc<Model>>) {
     let solver = Solver::of_model(model);
     let (scene, space) = (solver.scene(), solver.scene().space());
-    // The promise is about the scene: another checker of it has to agree.
+    // The promises are about the scene, so another checker of it has to agree.
     let checker = Checker::new(Arc::clone(scene));
     let mut check = CheckScratch::default();
     let halton = Halton::new(space.nv(), 5);
     let (mut q, is_vast) = (vec![0.0; space.nq()], is_vast(scene));
-    for index in 0..QUERIES {
+    for index in 0..MODEL_QUERIES {
         halton.config(space, index, &mut q);
         let Ok(q) = space.config(&q) else { panic!("a configuration that was drawn is none: {q:?}") };
         for effort in [Effort::Nearest, Effort::Refined] {
-            let options = QueryOptions::default().effort(effort).termination(Termination::after_checks(CHECKS));
+            let options = QueryOptions::default().effort(effort).termination(Termination::after_checks(MAX_CHECKS));
             let asked = solver.clone().options(options.segment(!is_vast)).expect("sound options");
             let Some(answer) = asked.query(&q) else { continue };
             assert!(answer.lower_bound <= answer.depth, "bound {} above {}", answer.lower_bound, answer.depth);
@@ -61,8 +61,8 @@ pub fn query(model: impl Into<Arc<Model>>) {
     }
 }
 
-/// Whether something of the scene is so large or so far that what double precision leaves of a
-/// distance is coarse beside a clearance: two checkers that remember other checks may then
+/// Returns whether something of the scene is so large or so far away that the rounding of a
+/// distance is coarse beside a clearance. Two checkers that remember other checks may then
 /// disagree.
 fn is_vast(scene: &Scene) -> bool {
     let places = scene.frames().iter().map(|frame| &frame.pose_parent_joint);
@@ -79,10 +79,10 @@ fn is_vast(scene: &Scene) -> bool {
         Manifold::Circle | Manifold::Rotation => 0.0,
     });
     let mut lengths = places.map(|pose| pose.translation.amax()).chain(sizes).chain(coordinates).chain(limits);
-    lengths.any(|length| length > VAST)
+    lengths.any(|length| length > VAST_LENGTH_M)
 }
 
-/// Models of small scenes.
+/// Returns models of small scenes.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
     let learned = |name: &str, labels| {
         let mut options = LearnOptions::default().labels(labels).seed(3).threads(1);

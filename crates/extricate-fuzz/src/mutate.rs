@@ -1,5 +1,4 @@
-//! Inputs that differ a little from others, by a random number generator: bits, numbers, rows and
-//! pieces.
+//! Changes inputs a little by a random number generator: bits, numbers, rows and pieces.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,11 +7,11 @@ use safetensors::tensor::Dtype;
 use crate::container::{Array, Container};
 use crate::spoil::{REALS, WHOLES};
 
-/// Most changes of one input.
-const MOST: usize = 4;
+/// Largest number of changes of one input.
+const MAX_CHANGES: usize = 4;
 
-/// What numbers in text are replaced by.
-const WORDS: [&str; 14] = [
+/// Words that replace numbers in text.
+const NUMBER_WORDS: [&str; 14] = [
     "0",
     "1",
     "-1",
@@ -29,14 +28,14 @@ const WORDS: [&str; 14] = [
     "[]",
 ];
 
-/// Changes the parts of a model file, and makes its checksum right. What is no model file is
-/// changed as bytes.
+/// Changes the parts of a model file or roadmap and corrects its checksum. Other inputs are changed
+/// as bytes.
 pub fn sealed(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let Some(mut file) = Container::open(input).filter(|_| rng.random_range(0..64) > 0) else {
         return bytes(rng, input, other);
     };
     let other = Container::open(other).unwrap_or_else(|| file.clone());
-    for _ in 0..rng.random_range(1..=MOST) {
+    for _ in 0..rng.random_range(1..=MAX_CHANGES) {
         let count = file.arrays.len();
         match rng.random_range(0..16) {
             0..=2 => file.text = text(rng, &file.text),
@@ -50,7 +49,7 @@ pub fn sealed(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
                 }
             }
             _ if count > 0 => {
-                // Those of few bytes are as interesting as those of many.
+                // Arrays of few bytes are as likely as large ones, being as interesting.
                 let array = &mut file.arrays[rng.random_range(0..count)];
                 change(rng, array);
             }
@@ -60,10 +59,10 @@ pub fn sealed(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     file.sealed()
 }
 
-/// Of text or of a mesh: bytes, numbers, and words of other inputs.
+/// Changes text or a mesh: bytes, numbers, and words of other inputs.
 pub fn plain(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut changed = input.to_vec();
-    for _ in 0..rng.random_range(1..=MOST) {
+    for _ in 0..rng.random_range(1..=MAX_CHANGES) {
         match (rng.random_range(0..3), std::str::from_utf8(&changed)) {
             (0, Ok(known)) => changed = text(rng, known).into(),
             (1, Ok(known)) => changed = words(rng, known, &String::from_utf8_lossy(other)).into(),
@@ -73,7 +72,7 @@ pub fn plain(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     changed
 }
 
-/// A word of a text is left out, said twice, or another one stands in its place.
+/// Removes a word of a text, repeats it, or replaces it by another.
 fn words(rng: &mut ChaCha8Rng, input: &str, other: &str) -> String {
     let is_end = |c: char| c.is_whitespace() || "<>=\"',;:/[]{}".contains(c);
     let mut words: Vec<&str> = input.split_inclusive(is_end).collect();
@@ -91,16 +90,16 @@ fn words(rng: &mut ChaCha8Rng, input: &str, other: &str) -> String {
     words.concat()
 }
 
-/// Any bytes.
+/// Changes an input as bytes of no known format.
 pub fn bytes(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut bytes = input.to_vec();
-    for _ in 0..rng.random_range(1..=MOST) {
+    for _ in 0..rng.random_range(1..=MAX_CHANGES) {
         change_bytes(rng, &mut bytes, other);
     }
     bytes
 }
 
-/// Text: as bytes, or a number of it is replaced.
+/// Replaces a number of a text.
 pub fn text(rng: &mut ChaCha8Rng, input: &str) -> String {
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
     let mut places: Vec<std::ops::Range<usize>> = Vec::new();
@@ -118,7 +117,7 @@ pub fn text(rng: &mut ChaCha8Rng, input: &str) -> String {
     let word = if rng.random_range(0..4) == 0 {
         rng.random_range(0..10_000_u32).to_string()
     } else {
-        WORDS[rng.random_range(0..WORDS.len())].to_string()
+        NUMBER_WORDS[rng.random_range(0..NUMBER_WORDS.len())].to_string()
     };
     format!("{}{word}{}", &input[..place.start], &input[place.end..])
 }
@@ -148,7 +147,7 @@ fn change(rng: &mut ChaCha8Rng, array: &mut Array) {
             array.bytes.copy_within(from..from + size, at);
         }
         4 => {
-            // All of them, as whoever means harm would.
+            // An attacker would change all of them.
             let number = number(rng, array.dtype);
             array.bytes.chunks_exact_mut(size).for_each(|bytes| bytes.copy_from_slice(&number[..size]));
         }
@@ -159,7 +158,7 @@ fn change(rng: &mut ChaCha8Rng, array: &mut Array) {
     }
 }
 
-/// The bytes of a number of this type.
+/// Returns the bytes of a random number of this type.
 fn number(rng: &mut ChaCha8Rng, dtype: Dtype) -> [u8; 8] {
     let real = match rng.random_range(0..3) {
         0 => rng.random_range(-4.0..4.0),
@@ -173,8 +172,8 @@ fn number(rng: &mut ChaCha8Rng, dtype: Dtype) -> [u8; 8] {
     }
 }
 
-/// Bytes of a structure that holds numbers of double precision among others: their last byte is
-/// nearly always one of a few.
+/// Changes the bytes of a structure that holds double-precision numbers among others: the last byte
+/// of these is nearly always one of a few.
 fn change_structure(rng: &mut ChaCha8Rng, bytes: &mut Vec<u8>, other: &[u8]) {
     let ends: Vec<usize> = (7..bytes.len()).filter(|at| matches!(bytes[*at], 0x3e..=0x40 | 0xbe..=0xc0)).collect();
     if ends.is_empty() || rng.random_range(0..3) == 0 {

@@ -1,4 +1,4 @@
-//! The target of roadmap files: what can be read leads plans, and grows.
+//! The target of roadmap files: a roadmap that can be read serves plans, and grows.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -9,21 +9,20 @@ use extricate::{Config, PlanOptions, Roadmap, Solver, Termination};
 use crate::container::Container;
 use crate::scenes;
 
-/// Checks of a plan.
-const CHECKS: usize = 300;
-/// Samples of an edge of a path.
-const SAMPLES: usize = 8;
+const PLAN_CHECKS: usize = 300;
+/// Equal parts of an edge, whose ends are checked.
+const EDGE_PARTS: usize = 8;
 
-/// Reads a roadmap and plans with it; panics where a path is not free.
+/// Reads a roadmap and plans with it; panics if a path is not free.
 pub fn run(bytes: &[u8]) {
     let sealed = Container::open(bytes).map(|file| file.sealed());
     let _ = read(sealed.as_deref().unwrap_or(bytes));
 }
 
-/// The same, of a roadmap whose checksum is right.
+/// Does the same with a roadmap whose checksum is right.
 ///
 /// # Errors
-/// The message of a roadmap that is refused.
+/// Returns the message of a roadmap that is refused.
 pub fn read(bytes: &[u8]) -> Result<(), String> {
     let (solver, [from, to]) = world();
     let space = solver.scene().space();
@@ -32,22 +31,22 @@ pub fn read(bytes: &[u8]) -> Result<(), String> {
     let plan = solver.plan_with(from, to, &options, &mut roadmap).map_err(|error| error.to_string())?;
     let mut q = from.to_vec();
     for (a, b) in plan.points.iter().zip(plan.points.iter().skip(1)) {
-        for sample in 0..=SAMPLES {
-            space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+        for sample in 0..=EDGE_PARTS {
+            space.interpolate(a, b, sample as f64 / EDGE_PARTS as f64, &mut q);
             assert!(solver.check(&q), "{q:?}");
         }
     }
-    // What was read can be written, and read again.
+    // A roadmap that was read can be written and read again.
     let again = decode(Path::new("f"), &encode(&roadmap), space);
     assert_eq!(again.map_err(|error| error.to_string()).as_ref(), Ok(&roadmap));
     Ok(())
 }
 
 fn options() -> PlanOptions {
-    PlanOptions::default().threads(1).termination(Termination::after_checks(CHECKS))
+    PlanOptions::default().threads(1).termination(Termination::after_checks(PLAN_CHECKS))
 }
 
-/// A small world, and two free configurations of it.
+/// Returns a solver of a small scene, and two free configurations of it.
 fn world() -> &'static (Solver, [Config; 2]) {
     static WORLD: OnceLock<(Solver, [Config; 2])> = OnceLock::new();
     WORLD.get_or_init(|| {
@@ -66,7 +65,7 @@ fn world() -> &'static (Solver, [Config; 2]) {
     })
 }
 
-/// Roadmaps of some sizes.
+/// Returns roadmaps of some sizes.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
     let (solver, [from, to]) = world();
     let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! Small scenes that have every kind of joint and shape between them.
+//! Small scenes that together have every kind of joint and shape.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use extricate::internals::scene::assemble::assemble;
 use extricate::{Error, Scene, builtin};
 
-/// Two links that turn, one of them without limits, and one that slides as the last turns.
+/// Two revolute links, one of them without limits, and one that slides as the last rotates.
 const ARM: &str = r#"<robot name="arm"><link name="base"/>
 <link name="upper"><collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.06 0.06"/></geometry></collision></link>
 <link name="lower"><collision><origin xyz="0.15 0 0" rpy="0 1.5708 0"/><geometry><capsule radius="0.03" length="0.3"/></geometry></collision></link>
@@ -17,7 +17,7 @@ const ARM: &str = r#"<robot name="arm"><link name="base"/>
 <joint name="c" type="prismatic"><parent link="lower"/><child link="tip"/><origin xyz="0.35 0 0"/><axis xyz="1 0 0"/>
 <limit lower="-1" upper="1" effort="1" velocity="1"/><mimic joint="b" multiplier="0.02" offset="0.01"/></joint></robot>"#;
 
-/// Four triangles around a corner.
+/// An OBJ of four triangles around a corner.
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
 /// The arm among two obstacles.
@@ -71,11 +71,11 @@ name = "ground"
 shape = { height-field = [[-0.3, -0.3], [-0.3, -0.02]], size = 0.6 }
 "#;
 
-/// Names of all of them.
+/// Names of all these scenes.
 pub const NAMES: [&str; 3] = ["few", "many", "free-box"];
 
-/// A solid of 24 triangles that is not convex, and beside it a tetrahedron without one side: a mesh
-/// that needs a tree and convex pieces.
+/// Writes a solid of 24 triangles that is not convex, and beside it a tetrahedron without one side:
+/// a mesh that needs a tree and convex pieces.
 fn star() -> String {
     let mut text = String::from("v 0 0 0.5\nv 0 0 -0.5\n");
     for k in 0..12 {
@@ -89,10 +89,10 @@ fn star() -> String {
     text + "v 2 0 0\nv 3 0 0\nv 2 1 0\nv 2 0 1\nf 15 17 16\nf 15 16 18\nf 15 18 17\n"
 }
 
-/// One of them.
+/// Returns the scene of this name.
 ///
 /// # Panics
-/// Where there is none of this name.
+/// If there is no scene of this name.
 pub fn scene(name: &str) -> Scene {
     let text = match name {
         "few" => FEW,

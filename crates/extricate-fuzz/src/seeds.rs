@@ -1,12 +1,12 @@
-//! The first inputs of the targets that read texts and meshes: one of each kind of thing that a
-//! format can say.
+//! First inputs of the targets that read texts and meshes, with one of each kind of thing that a
+//! format can express.
 
 use extricate::builtin;
 
 /// An input and its name.
 type Seed = (String, Vec<u8>);
 
-/// All kinds of joints, shapes, limits and warnings.
+/// A URDF with all kinds of joints, shapes, limits and warnings.
 pub const ARM: &str = "<?xml version='1.0'?><!DOCTYPE robot [<!ELEMENT robot ANY>]><robot name='arm' xmlns:k='k'>\n\
     <link name='base'><collision><origin xyz='0 0 -0.2' rpy='0 0 0.5'/><geometry><box size='0.4 0.4 0.1'/></geometry>\
     </collision></link><link name='a'><collision><geometry><cylinder radius='0.1' length='0.5'/></geometry></collision>\
@@ -22,13 +22,13 @@ pub const ARM: &str = "<?xml version='1.0'?><!DOCTYPE robot [<!ELEMENT robot ANY
     multiplier='-0.5' offset='0.1'/></joint><joint name='j5' type='fixed'><origin xyz='1 1 1'/><parent link='d'/>\
     <child link='e'/></joint></robot>";
 
-/// Groups of every kind, and all that says which pairs are checked.
+/// An SRDF with groups of every kind, and everything that decides which pairs are checked.
 pub const GROUPS: &str = "<robot name='arm'><virtual_joint name='w' type='fixed' parent_frame='w' child_link='base'/>\
     <group name='arm'><chain base_link='base' tip_link='c'/><group name='more'/></group><group name='more'><link name='d'/>\
     <joint name='j3'/><joint name='w'/></group><disable_collisions link1='a' link2='c' reason='Never'/>\
     <disable_default_collisions link='e'/><enable_collisions link1='e' link2='a'/></robot>";
 
-/// A tetrahedron of 1 m.
+/// An OBJ of a tetrahedron of 1 m.
 pub const TETRAHEDRON: &str =
     "o t\nv 0 0 0\nv 1 0 0 # x\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1/1 2/2 4/3\nf 1//1 4//2 3//2\nf -3 -2 -1\n";
 
@@ -89,7 +89,7 @@ fn named(seeds: impl IntoIterator<Item = impl Into<Vec<u8>>>) -> Vec<Seed> {
     seeds.into_iter().enumerate().map(|(number, bytes)| (format!("seed-{number}"), bytes.into())).collect()
 }
 
-/// Of robots.
+/// Returns URDFs of robots.
 pub fn urdf() -> Vec<Seed> {
     let built_in = builtin::files("shelf-arm").unwrap_or_default();
     let built_in = built_in.into_iter().filter(|(name, _)| name.ends_with("urdf")).map(|(_, bytes)| bytes);
@@ -98,32 +98,32 @@ pub fn urdf() -> Vec<Seed> {
     named(built_in.chain([ARM.into(), short.into(), short.replace("planar", "floating").into()]))
 }
 
-/// Of SRDFs.
+/// Returns SRDFs of the arm.
 pub fn srdf() -> Vec<Seed> {
     named([GROUPS, "<robot><group name='arm'><joint name='j1'/></group></robot>"])
 }
 
-/// Of scene files.
+/// Returns scene files of the arm.
 pub fn scene() -> Vec<Seed> {
     named([format!("{SCENE}{}", OBSTACLES.replace("LINK", "c")), "[[robot]]\nurdf = 'a.urdf'\n".into(), SCENE.into()])
 }
 
-/// Of worlds.
+/// Returns worlds in the form of scene files.
 pub fn world() -> Vec<Seed> {
     named([OBSTACLES.replace("LINK", "link_6"), "[[obstacle]]\nname = 'a'\nshape = { sphere = 0.5 }\n".into()])
 }
 
-/// Of worlds of MoveIt.
+/// Returns worlds of MoveIt in its three formats.
 pub fn moveit() -> Vec<Seed> {
     named([WORLD_TEXT, WORLD_YAML, WORLD_JSON])
 }
 
-/// Of lines of configurations.
+/// Returns lines of configurations.
 pub fn queries() -> Vec<Seed> {
     named([QUERIES, "joint_1,joint_2\n0.1,0.2\n"])
 }
 
-/// Of binary and of ASCII STL.
+/// Returns binary and ASCII STL files.
 pub fn stl() -> Vec<Seed> {
     let corners = [[0f32, 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
     let (mut binary, mut ascii) = (vec![b' '; 80], String::from("solid a\n"));
@@ -141,18 +141,18 @@ pub fn stl() -> Vec<Seed> {
     named([binary, (ascii + "endsolid a\n").into()])
 }
 
-/// Of OBJ files: plain, with holes in their order, of many corners.
+/// Returns OBJ files: a tetrahedron with indices of every form, and a concave face.
 pub fn obj() -> Vec<Seed> {
     let concave = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\nf 1 2 3 \\\n4 5\n";
     named([TETRAHEDRON, concave])
 }
 
-/// Of COLLADA files.
+/// Returns the only COLLADA file.
 pub fn dae() -> Vec<Seed> {
     named([DAE])
 }
 
-/// Of PLY files of both kinds.
+/// Returns PLY files of both kinds.
 pub fn ply() -> Vec<Seed> {
     let (header, _) = PLY.split_once("end_header\n").unwrap_or((PLY, ""));
     let mut binary = header.replace("ascii", "binary_little_endian").into_bytes();
@@ -169,7 +169,7 @@ pub fn ply() -> Vec<Seed> {
     named([binary, PLY.into()])
 }
 
-/// Of glTF files: binary, and as text that names a file.
+/// Returns glTF files: binary, and text that names a file.
 pub fn glb() -> Vec<Seed> {
     let json = |buffer: &str| {
         format!(
@@ -200,7 +200,7 @@ pub fn glb() -> Vec<Seed> {
     named([binary, json("\"uri\":\"b.bin\",").into()])
 }
 
-/// Clouds of points: PCD in its three kinds, PLY without faces, text with colours.
+/// Returns clouds of points: PCD in its three kinds, PLY without faces, text with colours.
 pub fn cloud() -> Vec<Seed> {
     let head = |data: &str| {
         format!(
@@ -213,7 +213,7 @@ pub fn cloud() -> Vec<Seed> {
     for x in [0f32, 0., 3., 1., 1., 0., 3., 1.] {
         binary.extend(x.to_le_bytes());
     }
-    // Four literals, the rest their repeat.
+    // The data are four literals, and the rest repeats them.
     let lzf = [3, 0, 0, 128, 63, 7 << 5, 19, 3];
     packed.extend((lzf.len() as u32).to_le_bytes());
     packed.extend(32u32.to_le_bytes());

@@ -1,29 +1,29 @@
-//! Every number of a structure, found and replaced by one that makes no sense.
+//! Finds every number of a structure and replaces it by one that makes no sense.
 //!
 //! The integration tests of the library use this file too.
 
 use serde_json::Value;
 
-/// What is put in the place of a number.
+/// Replacement of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spoil {
-    /// One that JSON can say, of a count or an index.
+    /// A count or an index, which JSON can express.
     Whole(u64),
     /// Any number of double precision.
     Real(f64),
 }
 
-/// What counts and indices are replaced by.
+/// Replacements of counts and indices.
 pub const WHOLES: [u64; 7] = [0, 1, 2, 1_000, u32::MAX as u64, 1 << 40, u64::MAX];
-/// What other numbers are replaced by.
+/// Replacements of other numbers.
 pub const REALS: [f64; 11] =
     [0.0, -0.0, -1.0, 0.7, 1e9, 5e-324, 1e-30, 1e308, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
-/// Stands for a number that JSON cannot say, until bytes are made of the rest.
+/// Replaces a number that JSON cannot express, until bytes are made of the rest.
 const STAND_IN: f64 = 1.234_567_890_123e-201;
 
-/// JSON pointers of the numbers of `value`; of long lists those of the first two entries and the
-/// last one.
+/// Returns JSON pointers of the numbers of `value`; of long lists only those of the first two
+/// entries and the last one.
 pub fn numbers(value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     collect(value, &mut String::new(), &mut found);
@@ -50,13 +50,13 @@ fn collect(value: &Value, at: &mut String, found: &mut Vec<String>) {
     }
 }
 
-/// What is tried in the place of a number.
+/// Returns the replacements to try for a number.
 pub fn spoils_of(number: &Value) -> Vec<Spoil> {
     if number.is_f64() { REALS.map(Spoil::Real).to_vec() } else { WHOLES.map(Spoil::Whole).to_vec() }
 }
 
-/// Puts `spoil` at `pointer` of `value`, and makes bytes of it; `None` where the structure has no
-/// place for such a number.
+/// Puts `spoil` at `pointer` of `value` and makes bytes of it; returns `None` if the structure has
+/// no place for such a number.
 pub fn spoiled(
     value: &Value,
     pointer: &str,

@@ -1,5 +1,5 @@
-//! Robots, scenes, worlds and queries: everything that is read as text. What is read is used: a
-//! scene is checked at some configurations.
+//! Targets for everything that is read as text: robots, scenes, worlds and queries. A scene that
+//! was read is checked at some configurations.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -15,14 +15,12 @@ use extricate_cli::input::Configs;
 
 use crate::seeds::{self, ARM, GROUPS, TETRAHEDRON};
 
-/// Configurations that a scene is checked at.
-const CHECKED: u64 = 3;
-/// A URDF in a scene of its own.
-const ALONE: &str = "[[robot]]\nurdf = 'fuzzed'\npackages = ['.']\n";
+const CHECKED_CONFIGS: u64 = 3;
+const URDF_SCENE: &str = "[[robot]]\nurdf = 'fuzzed'\npackages = ['.']\n";
 /// Lines of an input that are read.
-const MOST_LINES: usize = 200;
+const MAX_LINES: usize = 200;
 
-/// Small ones, so that an input takes milliseconds; what they refuse is refused in time too.
+/// Returns small limits, so that an input takes milliseconds, also if it is refused.
 pub fn limits() -> LoadLimits {
     LoadLimits::default()
         .with(LoadLimit::Values, 20_000)
@@ -35,31 +33,31 @@ pub fn limits() -> LoadLimits {
         .with(LoadLimit::Pairs, 1_000)
 }
 
-/// A URDF, in a scene of that robot alone.
+/// Reads a URDF in a scene of that robot alone, and uses the scene.
 pub fn urdf(bytes: &[u8]) {
-    use_any(scene_of(ALONE, bytes));
+    use_any(scene_of(URDF_SCENE, bytes));
 }
 
-/// The SRDF of a robot, whose group moves.
+/// Reads the SRDF of a robot whose group moves, and uses the scene.
 pub fn srdf(bytes: &[u8]) {
     use_any(scene_of("[[robot]]\nurdf = 'arm.urdf'\nsrdf = 'fuzzed'\ngroup = 'arm'\n", bytes));
 }
 
-/// A scene file; what it names is there, whatever it is called.
+/// Reads a scene file and uses the scene; every file that it names exists.
 pub fn scene(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes) {
         use_any(scene_of(text, b"0 0 3\n1 0 3\n"));
     }
 }
 
-/// A scene file as a world of a robot.
+/// Reads a scene file as a world of a robot, and uses the scene.
 pub fn world(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let world = file::parse_within("w.toml", text, &limits());
     use_any(world.and_then(|world| in_world(&world)));
 }
 
-/// A world of MoveIt in each of its three formats.
+/// Reads a world of MoveIt in each of its three formats, and uses the scene.
 pub fn moveit(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     for name in ["w.scene", "w.yaml", "w.json"] {
@@ -68,12 +66,12 @@ pub fn moveit(bytes: &[u8]) {
     }
 }
 
-/// Lines of configurations, and of segments.
+/// Reads lines of configurations, and of segments.
 pub fn queries(bytes: &[u8]) {
     let scene = robot();
     let open = || Configs::new(Box::new(Cursor::new(bytes.to_vec())), "fuzzed", None);
     let mut configs = open();
-    for _ in 0..MOST_LINES {
+    for _ in 0..MAX_LINES {
         match configs.next(scene) {
             Ok(Some(Ok((_, config)))) => {
                 assert!(config.len() == scene.space().nq() && config.iter().all(|x| x.abs() <= 1e9), "{:?}", &*config);
@@ -83,10 +81,10 @@ pub fn queries(bytes: &[u8]) {
         }
     }
     let mut segments = open();
-    (0..MOST_LINES).take_while(|_| matches!(segments.next_segment(scene), Ok(Some(_)))).for_each(drop);
+    (0..MAX_LINES).take_while(|_| matches!(segments.next_segment(scene), Ok(Some(_)))).for_each(drop);
 }
 
-/// The robot that worlds and queries are for.
+/// Returns the robot that worlds and queries are for.
 fn robot() -> &'static Scene {
     static ROBOT: OnceLock<Scene> = OnceLock::new();
     ROBOT.get_or_init(|| builtin::scene("shelf-arm").expect("a built-in scene"))
@@ -101,7 +99,7 @@ fn scene_of(text: &str, fuzzed: &[u8]) -> Result<Scene> {
     assemble_entries(Path::new("s.toml"), &entries, &mut |path| read(path, fuzzed))
 }
 
-/// What files are called tells what is in them; without an ending they are what is being tried.
+/// Returns content by the ending of the file's name; a name without an ending gets the input.
 fn read(path: &Path, fuzzed: &[u8]) -> Result<Vec<u8>> {
     match path.extension().and_then(|extension| extension.to_str()) {
         None => Ok(fuzzed.to_vec()),
@@ -114,7 +112,7 @@ fn read(path: &Path, fuzzed: &[u8]) -> Result<Vec<u8>> {
     }
 }
 
-/// Uses a scene, or looks at how long the message is.
+/// Uses a scene, or checks the length of the error message.
 pub fn use_any(scene: Result<Scene>) {
     match scene {
         Ok(scene) => use_scene(scene),
@@ -132,7 +130,7 @@ fn use_scene(scene: Scene) {
     let halton = Halton::new(space.nv(), 1);
     let mut scratch = CheckScratch::default();
     let mut q = vec![0.0; space.nq()];
-    for index in 0..CHECKED {
+    for index in 0..CHECKED_CONFIGS {
         halton.config(space, index, &mut q);
         let config = space.config(&q).expect("a sample of the space");
         let label = checker.label(&config, &mut scratch);
@@ -154,7 +152,7 @@ mod tests {
     #[test]
     fn seeds_are_read() {
         for (name, bytes) in seeds::urdf() {
-            assert!(scene_of(ALONE, &bytes).is_ok(), "urdf {name}");
+            assert!(scene_of(URDF_SCENE, &bytes).is_ok(), "urdf {name}");
         }
         for (name, bytes) in seeds::srdf() {
             let scene = "[[robot]]\nurdf = 'arm.urdf'\nsrdf = 'fuzzed'\ngroup = 'arm'\n";

@@ -1,6 +1,6 @@
-//! Files whose checksum is right and of which one number is not: every number of every structure
-//! in turn is replaced by each of some that make no sense. Each file is refused with an error that
-//! names it, or what it says is used and answers are right.
+//! Files with a right checksum and one wrong number: every number of every structure is replaced by
+//! each of some that make no sense. Each file is either refused with an error that names it, or its
+//! content is used and the answers are right.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -16,7 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// What was tried, and how often it was refused.
+/// Counts of files that were tried and refused, and the names of those that panicked.
 #[derive(Debug, Default)]
 struct Tried {
     files: usize,
@@ -25,7 +25,7 @@ struct Tried {
 }
 
 impl Tried {
-    /// Reads and uses a file; what it is comes with any panic.
+    /// Reads and uses a file; `what` describes it if it panics.
     fn file(&mut self, what: &str, file: &Container, read: &dyn Fn(&[u8]) -> Result<(), String>) {
         self.files += 1;
         let sealed = file.sealed();
@@ -39,8 +39,8 @@ impl Tried {
         }
     }
 
-    /// Panics where any file did, or where too few were tried, or less than one in `of` refused,
-    /// for the test to mean something.
+    /// Panics if any file did. Also panics if too few files were tried, or less than one in `of`
+    /// was refused, for the test to mean something.
     fn judge(&self, least: usize, of: usize) {
         println!("{} files, {} refused", self.files, self.refused);
         assert!(self.panicked.is_empty(), "panicked:\n{}", self.panicked.join("\n"));
@@ -57,7 +57,7 @@ fn corpus(target: &str, name: &str) -> Container {
     Container::open(&all.iter().find(|(found, _)| found == name).unwrap().1).unwrap()
 }
 
-/// Every number of the structure that an array holds as bytes.
+/// Replaces every number of the structure that an array holds as bytes.
 fn spoil_structure<T: Serialize + DeserializeOwned>(
     file: &Container,
     array: &str,
@@ -77,7 +77,7 @@ fn spoil_structure<T: Serialize + DeserializeOwned>(
     }
 }
 
-/// Every number that the file says of itself.
+/// Replaces every number in the file's own description.
 fn spoil_text(file: &Container, read: &dyn Fn(&[u8]) -> Result<(), String>, tried: &mut Tried) {
     let value: Value = serde_json::from_str(&file.text).unwrap();
     for pointer in numbers(&value) {
@@ -85,7 +85,7 @@ fn spoil_text(file: &Container, read: &dyn Fn(&[u8]) -> Result<(), String>, trie
             let mut value = value.clone();
             *value.pointer_mut(&pointer).unwrap() = match spoil {
                 Spoil::Whole(number) => number.into(),
-                // JSON has no word for what is not finite.
+                // JSON cannot express numbers that are not finite.
                 Spoil::Real(number) if number.is_finite() => number.into(),
                 Spoil::Real(_) => Value::Null,
             };
@@ -95,7 +95,7 @@ fn spoil_text(file: &Container, read: &dyn Fn(&[u8]) -> Result<(), String>, trie
     }
 }
 
-/// The first, the last, or all numbers of every array; and its length.
+/// Replaces the first, the last, or all numbers of every array, and changes its length.
 fn spoil_arrays(file: &Container, read: &dyn Fn(&[u8]) -> Result<(), String>, tried: &mut Tried) {
     for at in 0..file.arrays.len() {
         let Array { name, dtype, bytes, .. } = &file.arrays[at];
@@ -137,7 +137,7 @@ fn no_number_of_a_model_breaks_it() {
     tried.judge(2_000, 3);
 }
 
-/// What the file, the element, the value and the expectation are is said.
+/// Messages name the file, the element, the value and the expectation.
 #[test]
 fn messages_name_what_is_wrong() {
     let file = corpus("model", "few-300");
@@ -166,6 +166,6 @@ fn no_number_of_a_roadmap_breaks_it() {
         spoil_text(&file, &roadmap::read, &mut tried);
         spoil_arrays(&file, &roadmap::read, &mut tried);
     }
-    // Most of its numbers count what was spent.
+    // Most numbers of a roadmap count what was spent.
     tried.judge(200, 6);
 }

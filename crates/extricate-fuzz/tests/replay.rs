@@ -1,14 +1,13 @@
-//! The corpora, and some thousand inputs made of them, on every target: what a long run finds at
-//! length is looked for here at every test.
+//! Runs every target on its corpus and on some thousand inputs made of it: a short form of the long
+//! runs, at every test.
 
 use extricate_fuzz::{TARGETS, target};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Inputs of models, which take long, and of every other target; a seed that is
-/// nobody else's.
-const SEALED: usize = 300;
-const PLAIN: usize = 3000;
+/// Numbers of inputs of models, which take long, and of other targets, and a seed of its own.
+const MODEL_INPUTS: usize = 300;
+const OTHER_INPUTS: usize = 3000;
 const SEED: u64 = 20;
 
 #[test]
@@ -18,7 +17,7 @@ fn no_input_breaks_a_target() {
         assert!(!corpus.is_empty(), "{}: no corpus", target.name);
         corpus.iter().for_each(|(_, bytes)| (target.run)(bytes));
         let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-        for _ in 0..if target.name == "model" { SEALED } else { PLAIN } {
+        for _ in 0..if target.name == "model" { MODEL_INPUTS } else { OTHER_INPUTS } {
             let [one, other] = [(); 2].map(|()| &corpus[rng.random_range(0..corpus.len())].1);
             (target.run)(&(target.mutate)(&mut rng, one, other));
         }

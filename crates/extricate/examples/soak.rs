@@ -1,14 +1,13 @@
-//! A soak test of the query: many random configurations of the built-in scenes, and of scene files
-//! if any are named, asked in every kind (efforts, several exits, streams, budgets, changed
-//! scenes); every claim of every answer is judged, with another library's distances.
-//!
+//! A soak test of the query. It queries many random configurations of the built-in scenes, and of
+//! scene files if any are named, in every kind (efforts, several exits, streams, budgets, changed
+//! scenes). It judges every claim of every answer with another library's distances.
 //! ```sh
 //! cargo run --release --example soak -- 1000000                       # over the built-in scenes, shared evenly
 //! cargo run --release --example soak -- 1000000 a.toml b.toml         # and these
 //! ```
 //!
-//! Exit status 0: no witness that collides, no claim that does not hold, no answer missing. The
-//! faults are printed otherwise.
+//! Exit status 0: no witness collides, every claim holds and no answer is missing. Otherwise the
+//! faults are printed.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -27,11 +26,11 @@ mod recheck;
 #[path = "../tests/all/soak.rs"]
 mod soak;
 
-/// Labels a scene is learned with: enough for exits, which the queries of a default model start
-/// from.
+/// Labels that a scene is learned with: enough for solved samples, which the queries of a default
+/// model start from.
 const LABELS: usize = 1_000_000;
-/// Faults that are printed of each scene.
-const SHOWN: usize = 5;
+/// Limit on the printed faults of each scene.
+const MAX_PRINTED_FAULTS: usize = 5;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -74,6 +73,6 @@ fn run(name: &str, scene: Scene, count: usize) -> extricate::Result<usize> {
             "  {kind:<10} {configs:>8} asked, {colliding:>8} of them in collision, {answers:>8} answers, {faults} faults, {seconds:.0} s"
         );
     }
-    findings.faults.iter().take(SHOWN).for_each(|fault| println!("  {fault}"));
+    findings.faults.iter().take(MAX_PRINTED_FAULTS).for_each(|fault| println!("  {fault}"));
     Ok(findings.faults.len())
 }

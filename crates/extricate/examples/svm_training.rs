@@ -1,10 +1,10 @@
 //! Trains a support vector machine on uniform configurations of a scene, on one thread, and writes
-//! what it was trained on for others to train on: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR
-//! PENALTY FOLDER`. Used by bench/svm.py.
+//! the training data for other programs: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR PENALTY
+//! FOLDER`. bench/svm.py uses it.
 //!
 //! FOLDER gets `features.f64` (rows of scaled features, little endian) and `labels.u8` (1 free);
-//! one line of JSON goes to standard output. What is timed begins with the rows that others get:
-//! finding the directions in which they vary is part of it.
+//! one line of JSON goes to standard output. Timing begins with the rows that other programs get,
+//! so it includes finding the directions in which they vary.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -73,8 +73,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The columns that vary, centred and all scaled by one factor to unit mean variance, and how many
-/// they are.
+/// Returns the columns that vary, centred and all scaled by one factor to unit mean variance, and
+/// their number.
 fn scaled(rows: &[f64], dimensions: usize) -> (Vec<f64>, usize) {
     let count = (rows.len() / dimensions) as f64;
     let column = |k: usize| rows.iter().skip(k).step_by(dimensions);
@@ -89,8 +89,8 @@ fn scaled(rows: &[f64], dimensions: usize) -> (Vec<f64>, usize) {
     (rows.chunks_exact(dimensions).flat_map(row).collect(), kept.len())
 }
 
-/// Time that this thread has had on a processor [s], where the system says; the wall clock also
-/// counts what others had.
+/// Returns the processor time of this thread [s], if the system reports it; the wall clock also
+/// counts the time of others.
 fn thread_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)

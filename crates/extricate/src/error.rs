@@ -1,5 +1,5 @@
-//! What can go wrong, in one enum: every message names the file, the element, the value and what
-//! was expected.
+//! Failures of the library, in one enum. Every message names the file, the element, the value and
+//! what was expected.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -11,20 +11,20 @@ pub enum Error {
     /// A file could not be read.
     #[error("cannot read {}: {source}", shown(path))]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A file could not be written.
     #[error("cannot write {}: {source}", shown(path))]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A scene, robot or mesh file says something that cannot be used.
+    /// A scene, robot or mesh file holds something that cannot be used.
     #[error("{file}: {element}: {problem}")]
     Input {
         /// The file, as the user named it.
@@ -37,41 +37,41 @@ pub enum Error {
     /// A file that a scene or robot file names could not be read.
     #[error("{file}: {element}: {problem}")]
     Named {
-        /// The file that names it, as the user named that.
+        /// The file that holds the name, as the user named that file.
         file: String,
         /// The element inside it: `robot 1: urdf`, `mesh "package://arm/a.stl"`.
         element: String,
-        /// The files that were looked for, and what was expected.
+        /// The files that were tried, and what was expected.
         problem: String,
-        /// What the operating system said of them.
+        /// Kind of the error of the operating system.
         kind: std::io::ErrorKind,
     },
     /// A configuration is not a point of the configuration space.
     #[error("configuration: {element}: got {value}, expected {expected}")]
     Config {
-        /// The coordinate or joint.
+        /// The coordinate or joint at fault.
         element: String,
-        /// The value found.
+        /// The value that was found.
         value: String,
-        /// What was expected.
+        /// Description of the allowed values.
         expected: String,
     },
     /// A model file is truncated, altered, foreign or of another version.
     #[error("model {}: {problem}", shown(path))]
     Model {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of what is wrong.
         problem: String,
     },
     /// An option has a value that makes no sense.
     #[error("option {name}: got {value}, expected {expected}")]
     Option {
-        /// The option's name.
+        /// Name of the option.
         name: &'static str,
-        /// The value found.
+        /// The value that was found.
         value: String,
-        /// What was expected.
+        /// Description of the allowed values.
         expected: String,
     },
     /// Uniform configurations of a wanted label are too rare to draw.
@@ -80,9 +80,9 @@ pub enum Error {
     /// Learning ended without a single free configuration, so no query could be answered.
     #[error("no collision-free configuration among {labels} tried: {advice}")]
     NothingFree {
-        /// Labels spent.
+        /// Number of labels spent.
         labels: usize,
-        /// What the user can do.
+        /// Advice on what the user can change.
         advice: String,
     },
     /// The caller stopped a long job before anything usable existed.
@@ -90,19 +90,18 @@ pub enum Error {
     Interrupted,
 }
 
-/// Most of a name, and of what is wrong, that a message repeats \[bytes\]: files may hold values of
-/// megabytes.
-const LONGEST_ELEMENT: usize = 400;
-const LONGEST_PROBLEM: usize = 1600;
-/// Most of one value that a message quotes, and most of a warning \[bytes\].
-pub const LONGEST_VALUE: usize = 200;
-const LONGEST_WARNING: usize = 2000;
-/// Most names that a message lists, and most warnings of one scene.
+/// Limits of a name and of a problem in a message \[bytes\]: files may hold values of megabytes.
+const MAX_ELEMENT_BYTES: usize = 400;
+const MAX_PROBLEM_BYTES: usize = 1600;
+/// Limits of one quoted value and of one warning \[bytes\].
+const MAX_VALUE_BYTES: usize = 200;
+const MAX_WARNING_BYTES: usize = 2000;
+/// Limits on the names that a message lists, and on the warnings of one scene.
 pub const MOST_LISTED: usize = 12;
-const MOST_WARNINGS: usize = 1000;
+const MAX_WARNINGS: usize = 1000;
 
-/// `text`, or its beginning and its end where it is longer than `most` bytes. Every message that
-/// repeats what a file says goes through it.
+/// Returns `text`, or its beginning and end if it is longer than `most` bytes. Every message that
+/// repeats content of a file uses it.
 pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return Cow::Borrowed(text);
@@ -117,17 +116,17 @@ pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     Cow::Owned(format!("{} .. {} bytes left out .. {}", &text[..head], tail - head, &text[tail..]))
 }
 
-/// A value of a file, as long as messages quote values.
+/// Shortens a value of a file to the length that messages quote.
 pub fn quoted(value: &str) -> Cow<'_, str> {
-    shortened(value, LONGEST_VALUE)
+    shortened(value, MAX_VALUE_BYTES)
 }
 
-/// A path, as long as messages repeat names.
+/// Shortens a path to the length that messages repeat.
 pub fn shown(path: &Path) -> String {
     name(path.display().to_string())
 }
 
-/// Names between commas; where there are many, the first of them and how many more.
+/// Joins names with commas; of many names, it gives the first ones and the number of the others.
 pub fn listed<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let mut names = names.into_iter();
     let shown: Vec<String> = names.by_ref().take(MOST_LISTED).map(|name| quoted(name.as_ref()).into_owned()).collect();
@@ -137,12 +136,12 @@ pub fn listed<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     }
 }
 
-/// Warnings as they are told: none longer than some kilobytes, and not more than a thousand.
+/// Shortens each warning to some kilobytes, and the list to a thousand.
 pub fn bounded(mut warnings: Vec<String>) -> Vec<String> {
-    let more = warnings.len().saturating_sub(MOST_WARNINGS);
-    warnings.truncate(MOST_WARNINGS);
+    let more = warnings.len().saturating_sub(MAX_WARNINGS);
+    warnings.truncate(MAX_WARNINGS);
     for warning in &mut warnings {
-        if let Cow::Owned(short) = shortened(warning, LONGEST_WARNING) {
+        if let Cow::Owned(short) = shortened(warning, MAX_WARNING_BYTES) {
             *warning = short;
         }
     }
@@ -153,28 +152,28 @@ pub fn bounded(mut warnings: Vec<String>) -> Vec<String> {
 }
 
 impl Error {
-    /// Shorthand for [`Error::Input`]; what would make the message longer than some kilobytes is
-    /// left out.
+    /// Makes an [`Error::Input`] and leaves out what would make its message longer than some
+    /// kilobytes.
     pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Input {
             file: name(file),
-            element: part(element, LONGEST_ELEMENT),
-            problem: part(problem, LONGEST_PROBLEM),
+            element: part(element, MAX_ELEMENT_BYTES),
+            problem: part(problem, MAX_PROBLEM_BYTES),
         }
     }
 
-    /// Shorthand for [`Error::Named`], shortened in the same way.
+    /// Makes an [`Error::Named`], shortened in the same way.
     pub fn named(
         file: impl Into<String>,
         element: impl Into<String>,
         problem: impl Into<String>,
         kind: std::io::ErrorKind,
     ) -> Self {
-        let (element, problem) = (part(element, LONGEST_ELEMENT), part(problem, LONGEST_PROBLEM));
+        let (element, problem) = (part(element, MAX_ELEMENT_BYTES), part(problem, MAX_PROBLEM_BYTES));
         Self::Named { file: name(file), element, problem, kind }
     }
 
-    /// [`Error::named`] where there is no such file.
+    /// Makes an [`Error::Named`] for a file that does not exist.
     pub fn not_found(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::named(file, element, problem, std::io::ErrorKind::NotFound)
     }
@@ -188,9 +187,9 @@ fn part(text: impl Into<String>, most: usize) -> String {
     }
 }
 
-/// The name of a file: files may name others by paths of any length.
+/// Shortens the name of a file, since files may name others by paths of any length.
 fn name(file: impl Into<String>) -> String {
-    part(file, LONGEST_ELEMENT)
+    part(file, MAX_ELEMENT_BYTES)
 }
 
 /// `Result` with the library's [`Error`].

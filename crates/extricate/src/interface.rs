@@ -1,7 +1,7 @@
-//! What every public type of a kind has: setters of options, and words of choices.
+//! Macros for what public types have in common: setters of options, and words of choices.
 
-/// Gives structs a method for each field that sets it and gives the whole back. A struct that may
-/// get more fields cannot be written out elsewhere.
+/// Gives structs a method for each field that sets it and returns the struct. Other crates need it,
+/// since they cannot construct a `non_exhaustive` struct.
 macro_rules! setters {
     ($($options:ident { $($field:ident: $kind:ty $(= $some:ident)?),+ $(,)? })+) => {$(
         impl $options {$(
@@ -23,7 +23,7 @@ macro_rules! words {
             /// All variants, in the order in which they are declared.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
 
-            /// The word that files, the command line and the other languages have for it.
+            /// Returns the word that files, the command line and the other languages use.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word),+
@@ -54,7 +54,7 @@ macro_rules! words {
 
 pub(crate) use {setters, words};
 
-/// The words of a choice, as an error lists them.
+/// Joins the words of a choice as an error lists them.
 pub fn one_of(words: &[&str]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
     match quoted.split_last() {

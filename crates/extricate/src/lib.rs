@@ -20,10 +20,10 @@
 //! ```
 //!
 //! A [`Scene`] is a robot, obstacles and the pairs of bodies that are checked. A [`Solver`] answers
-//! all that is asked of it: queries, batches, streams, checks, escapes, plans, repairs, releases. A
+//! all questions about it: queries, batches, streams, checks, escapes, plans, repairs, releases. A
 //! [`Model`] is what was learned of a scene; a solver may have one. Scenes can be changed
-//! ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]) and asked with what was
-//! prepared and learned before ([`Solver::with_scene`]).
+//! ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]); a solver of the changed
+//! scene reuses what was prepared and learned before ([`Solver::with_scene`]).
 
 mod applications;
 mod collision;
@@ -65,14 +65,14 @@ pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};
 pub use solver::{Answered, Sampler, Solver, Stream};
 
-/// Shapes and where they are, for scenes that are changed in code.
+/// Shapes and poses of bodies, for scenes that are changed in code.
 pub mod geometry {
     pub use crate::math::Pose;
     pub use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
     pub use crate::scene::Body;
 }
 
-/// What a [`Scene`] is made of, and what is said of it.
+/// Parts of a [`Scene`], and records about them.
 pub mod parts {
     pub use crate::collision::{disable_list, misses_allowed};
     pub use crate::cspace::Factor;
@@ -96,7 +96,7 @@ pub mod entries {
     };
 }
 
-/// Files in and out: worlds of other programs, roadmaps, and outputs that are whole or not there.
+/// Input and output: worlds of other programs, roadmaps, and files that are whole or not there.
 pub mod files {
     pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
     pub use crate::io::{
@@ -106,8 +106,7 @@ pub mod files {
     pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
 }
 
-/// What benchmarks and tests reach into. No part of the
-/// interface: it changes without notice.
+/// Internals for benchmarks and tests. They are no part of the interface and change without notice.
 #[doc(hidden)]
 #[allow(missing_docs)]
 pub mod internals {
@@ -155,7 +154,7 @@ pub mod internals {
     }
 }
 
-/// The samples of README.md are doctests.
+/// Runs the samples of README.md as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

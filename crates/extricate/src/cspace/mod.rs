@@ -1,5 +1,5 @@
-//! The configuration space: a product of intervals, circles and SO(3). No metric of bodies, no
-//! robot.
+//! The configuration space: a product of intervals, circles and SO(3), without robots or metrics of
+//! bodies.
 
 mod rows;
 pub mod sampling;
@@ -16,26 +16,26 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
 
-/// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in
+/// Distance outside its limits \[rad or m\] at which a coordinate is still moved onto them in
 /// silence.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions
 /// unit.
 ///
-/// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may
-/// lie beyond limits.
+/// [`ConfigSpace::config`] makes one. [`ConfigSpace::config_anywhere`] makes one for queries, which
+/// may lie beyond limits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Config(Box<[f64]>);
 
 impl Config {
-    /// A configuration that a search or an exact check has been at: it is one already.
+    /// Wraps values that a search or an exact check has visited, and that therefore need no check.
     pub(crate) fn trusted(values: &[f64]) -> Self {
         Self(values.into())
     }
 
-    /// Becomes another configuration that a search has been at.
+    /// Copies values that a search has visited, and that therefore need no check.
     pub(crate) fn set(&mut self, values: &[f64]) {
         self.0.copy_from_slice(values);
     }
@@ -54,12 +54,12 @@ impl Deref for Config {
     }
 }
 
-/// Which side of the collision boundary a configuration is on, as an exact check said.
+/// Side of the collision boundary that a configuration is on, by an exact check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Label {
     /// Every checked pair keeps the clearance.
     Free,
-    /// Some pair does not.
+    /// Some checked pair does not keep the clearance.
     Colliding,
 }
 
@@ -68,9 +68,9 @@ pub enum Label {
 pub enum Manifold {
     /// A closed interval \[rad or m\]; one coordinate.
     Interval {
-        /// Least value.
+        /// Least value of the coordinate.
         lower: f64,
-        /// Greatest value.
+        /// Greatest value of the coordinate.
         upper: f64,
     },
     /// An angle in `[-pi, pi)` \[rad\]; one coordinate.
@@ -79,40 +79,40 @@ pub enum Manifold {
     Rotation,
 }
 
-/// A factor and where it stands in configurations and tangent vectors.
+/// A factor, and its place in configurations and tangent vectors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Factor {
-    /// For messages: the joint, with `.x` and so on where it has several factors.
+    /// Name in messages: the joint, with `.x` and so on if it has several factors.
     pub name: String,
-    /// The manifold.
+    /// Values that the factor takes.
     pub manifold: Manifold,
     /// Weight of its squared displacement in the joint metric.
     pub weight: f64,
-    /// First coordinate.
+    /// Index of its first coordinate.
     pub q: usize,
-    /// First tangent coordinate.
+    /// Index of its first tangent coordinate.
     pub v: usize,
 }
 
 impl Manifold {
-    /// How many coordinates it has.
+    /// Number of coordinates of a point.
     pub fn coordinates(&self) -> usize {
         if *self == Self::Rotation { 4 } else { 1 }
     }
 
-    /// How many tangent dimensions it has.
+    /// Number of dimensions of the tangent space.
     pub fn dimensions(&self) -> usize {
         if *self == Self::Rotation { 3 } else { 1 }
     }
 }
 
 impl Factor {
-    /// Its coordinates among those of a configuration.
+    /// Range of its coordinates in a configuration.
     pub fn coordinates(&self) -> Range<usize> {
         self.q..self.q + self.manifold.coordinates()
     }
 
-    /// Its tangent coordinates among those of a step.
+    /// Range of its coordinates in a tangent vector.
     pub fn tangents(&self) -> Range<usize> {
         self.v..self.v + self.manifold.dimensions()
     }
@@ -166,7 +166,7 @@ impl ConfigSpace {
         (q, v)
     }
 
-    /// Number of coordinates.
+    /// Number of coordinates of a configuration.
     pub fn nq(&self) -> usize {
         self.nq
     }
@@ -176,7 +176,7 @@ impl ConfigSpace {
         self.nv
     }
 
-    /// The factors in order.
+    /// All factors, in the order of their coordinates.
     pub fn factors(&self) -> &[Factor] {
         &self.factors
     }
@@ -198,8 +198,8 @@ impl ConfigSpace {
         Ok(q)
     }
 
-    /// The same, where coordinates may lie beyond their limits: as sensors read them, as drives
-    /// overshoot. Not free there, but the nearest free configuration to it can be found.
+    /// Does the same without the check of limits: sensors read values beyond them and drives
+    /// overshoot. Such a configuration is not free, but the nearest free one to it can be found.
     ///
     /// # Errors
     /// [`Error::Config`], naming the coordinate.
@@ -214,7 +214,7 @@ impl ConfigSpace {
         let mut q: Box<[f64]> = values.into();
         for factor in &self.factors {
             let x = &mut q[factor.coordinates()];
-            // Beyond, sums and products with it lose their meaning, and an angle its last digits.
+            // Sums and products of larger numbers mean nothing, and angles lose their last digits.
             if let Some(bad) = x.iter().find(|c| !(-FARTHEST..=FARTHEST).contains(*c)) {
                 return Err(factor.fault(bad.to_string(), "a finite number within 1e9".into()));
             }
@@ -227,8 +227,8 @@ impl ConfigSpace {
                         let expected = "a unit quaternion x, y, z, w".into();
                         return Err(factor.fault(format!("{x:?} of length {norm}"), expected));
                     }
-                    // What is a unit quaternion up to rounding stays as it is: a configuration is
-                    // itself when it is read once more.
+                    // A quaternion that is unit up to rounding stays as it is, so that reading a
+                    // configuration again returns the same one.
                     if (norm - 1.0).abs() > 4.0 * f64::EPSILON {
                         normalize(x);
                     }
@@ -238,7 +238,7 @@ impl ConfigSpace {
         Ok(Config(q))
     }
 
-    /// The factors that have limits, and these.
+    /// Returns the factors that have limits, with these limits.
     fn intervals(&self) -> impl Iterator<Item = (&Factor, f64, f64)> {
         self.factors.iter().filter_map(|factor| match factor.manifold {
             Manifold::Interval { lower, upper } => Some((factor, lower, upper)),
@@ -246,19 +246,19 @@ impl ConfigSpace {
         })
     }
 
-    /// The coordinates that lie beyond their limits.
+    /// Returns the coordinates that lie beyond their limits.
     pub fn outside<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
         let is_outside = |(factor, lower, upper): &(&Factor, f64, f64)| q[factor.q] < *lower || q[factor.q] > *upper;
         self.intervals().filter(is_outside).map(|(factor, ..)| factor.q)
     }
 
-    /// Moves what lies beyond a limit onto it.
+    /// Moves coordinates beyond a limit onto it.
     pub fn clamp(&self, q: &mut [f64]) {
         self.intervals().for_each(|(factor, lower, upper)| q[factor.q] = q[factor.q].clamp(lower, upper));
     }
 
-    /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles,
-    /// body-frame rotation vectors.
+    /// Writes the tangent vector from `a` to `b` along the geodesic: differences, wrapped on
+    /// circles, body-frame rotation vectors.
     pub fn difference(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) {
         for factor in &self.factors {
             let (q, v) = (factor.q, factor.v);
@@ -291,7 +291,7 @@ impl ConfigSpace {
         }
     }
 
-    /// The point at fraction `t` of the geodesic from `a` (0) to `b` (1).
+    /// Writes the point at fraction `t` of the geodesic from `a` (0) to `b` (1).
     pub fn interpolate(&self, a: &[f64], b: &[f64], t: f64, out: &mut [f64]) {
         for factor in &self.factors {
             let q = factor.q;
@@ -314,7 +314,7 @@ impl ConfigSpace {
         self.distance_squared(a, b).sqrt()
     }
 
-    /// Square of [`ConfigSpace::distance`].
+    /// Returns the square of [`ConfigSpace::distance`].
     pub fn distance_squared(&self, a: &[f64], b: &[f64]) -> f64 {
         self.factors.iter().map(|factor| factor.distance_squared(a, b)).sum()
     }
@@ -349,7 +349,7 @@ mod tests {
         }
     }
 
-    /// A factor of every kind.
+    /// Makes a space with a factor of every kind.
     pub fn space() -> ConfigSpace {
         let mut space = ConfigSpace::default();
         space.push("a", Manifold::Interval { lower: -1.0, upper: 2.0 }, 1.0);
@@ -394,7 +394,7 @@ mod tests {
         assert!(message(&[0.0; 3]).contains("6 coordinates"));
         assert!(message(&[3.0, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("`a`"));
         assert!(message(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("finite"));
-        // An angle of a number this large is chance.
+        // The wrapped angle of so large a number would be chance.
         assert!(message(&[0.0, 1e308, 0.0, 0.0, 0.0, 1.0]).contains("`b` (coordinate 1)"));
         assert!(space.config_anywhere(&[1e308, 0.0, 0.0, 0.0, 0.0, 1.0]).is_err());
         assert!(message(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5]).contains("unit quaternion"));

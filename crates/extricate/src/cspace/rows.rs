@@ -2,8 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Configurations one after the other in one list, `nq` numbers each. Limits are
-/// not checked.
+/// Configurations one after the other in one list, `nq` numbers each. Limits are not checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rows<'a> {
     values: &'a [f64],
@@ -11,10 +10,10 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Rows of `nq` numbers.
+    /// Splits a list into rows of `nq` numbers.
     ///
     /// # Errors
-    /// Where `nq` is 0, or the list is no whole number of rows.
+    /// If `nq` is 0, or the list is no whole number of rows.
     pub fn new(values: &'a [f64], nq: usize) -> Result<Self> {
         if nq == 0 || !values.len().is_multiple_of(nq) {
             let problem = format!("got {} numbers, expected a multiple of {nq}", values.len());
@@ -23,25 +22,25 @@ impl<'a> Rows<'a> {
         Ok(Self { values, nq })
     }
 
-    /// How many rows there are.
+    /// Number of rows in the list.
     pub fn len(&self) -> usize {
         self.values.len() / self.nq
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Row `index`.
+    /// Returns row `index`, counted from 0.
     ///
     /// # Panics
-    /// Where there are no more than `index` rows.
+    /// If there are no more than `index` rows.
     pub fn row(&self, index: usize) -> &'a [f64] {
         &self.values[index * self.nq..][..self.nq]
     }
 
-    /// All rows, in order.
+    /// Iterates over all rows, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &'a [f64]> {
         self.values.chunks_exact(self.nq)
     }

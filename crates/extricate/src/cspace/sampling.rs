@@ -1,4 +1,4 @@
-//! Samplers: uniform and low-discrepancy points of a [`ConfigSpace`]. Every one takes a seed.
+//! Seeded samplers of a [`ConfigSpace`]: uniform and low-discrepancy points.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +16,7 @@ pub fn from_unit_cube(space: &ConfigSpace, u: impl Fn(usize) -> f64, out: &mut [
     for factor in space.factors() {
         let (q, v) = (factor.q, factor.v);
         match factor.manifold {
-            // Rounding may lead a hair beyond the limit.
+            // Rounding may exceed the limit by a hair.
             Manifold::Interval { lower, upper } => out[q] = (lower + u(v) * (upper - lower)).min(upper),
             Manifold::Circle => out[q] = -PI + TAU * u(v),
             Manifold::Rotation => {
@@ -29,27 +29,27 @@ pub fn from_unit_cube(space: &ConfigSpace, u: impl Fn(usize) -> f64, out: &mut [
     }
 }
 
-/// A uniformly random configuration.
+/// Writes a uniformly random configuration to `out`.
 pub fn uniform(space: &ConfigSpace, rng: &mut impl Rng, out: &mut [f64]) {
     let cube: Vec<f64> = (0..space.nv()).map(|_| rng.random::<f64>()).collect();
     from_unit_cube(space, |k| cube[k], out);
 }
 
-/// The Halton sequence with a random shift (Cranley-Patterson): low-discrepancy points, any of them
-/// by its index.
+/// The Halton sequence with a random shift (Cranley-Patterson): low-discrepancy points, each
+/// computed from its index alone.
 ///
 /// # Source
 /// J. H. Halton, 1960, doi:10.1007/BF01386213; R. Cranley and T. N. L. Patterson, 1976,
-/// doi:10.1137/0713071. Above 20 dimensions plain Halton points correlate; the index is multiplied
-/// through a permuted digit (the "reverse" permutation of B. Vandewoestyne and R. Cools, 2006,
-/// doi:10.1016/j.cam.2005.05.022), which removes it.
+/// doi:10.1137/0713071. Above 20 dimensions plain Halton points correlate; permuting each digit
+/// (the "reverse" permutation of B. Vandewoestyne and R. Cools, 2006,
+/// doi:10.1016/j.cam.2005.05.022) removes that.
 pub struct Halton {
     primes: Vec<u64>,
     shift: Vec<f64>,
 }
 
 impl Halton {
-    /// For `dimensions` coordinates, shifted by `seed`.
+    /// Makes the sequence for `dimensions` coordinates, shifted by `seed`.
     pub fn new(dimensions: usize, seed: u64) -> Self {
         use rand::SeedableRng;
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
@@ -58,7 +58,7 @@ impl Halton {
         Self { primes, shift: (0..dimensions).map(|_| rng.random::<f64>()).collect() }
     }
 
-    /// Coordinate `k` in `[0, 1)` of point `index`.
+    /// Returns coordinate `k` in `[0, 1)` of point `index`.
     pub fn coordinate(&self, index: u64, k: usize) -> f64 {
         let base = self.primes[k];
         let (mut rest, mut scale, mut value) = (index + 1, 1.0, 0.0);
@@ -71,7 +71,7 @@ impl Halton {
         (value + self.shift[k]).fract()
     }
 
-    /// The configuration of point `index`.
+    /// Writes the configuration of point `index` to `out`.
     pub fn config(&self, space: &ConfigSpace, index: u64, out: &mut [f64]) {
         from_unit_cube(space, |k| self.coordinate(index, k), out);
     }

@@ -1,19 +1,19 @@
-//! Whether a configuration space, and configurations of it, that were read as bytes are what this
-//! program writes. Says what is wrong; repairs nothing.
+//! Checks that a configuration space and its configurations, read as bytes, are what this program
+//! writes. It reports what is wrong and repairs nothing.
 
 use super::{ConfigSpace, LIMIT_TOLERANCE, Manifold};
 use crate::math::FARTHEST;
 
 /// Weights of the joint metric that a scene may give.
 pub const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
-/// How far from length 1 a stored quaternion may be: it was made unit.
-const UNIT: f64 = 1e-9;
+/// Tolerance of the length of a stored quaternion, which was normalised when it was made.
+const UNIT_LENGTH_TOLERANCE: f64 = 1e-9;
 
 impl ConfigSpace {
-    /// Whether it has factors, one behind the other, with limits in order and weights in range.
+    /// Checks that factors exist, one behind the other, with ordered limits and allowed weights.
     ///
     /// # Errors
-    /// The factor, the value, and what was expected.
+    /// The message names the factor, the value and what was expected.
     pub(crate) fn check(&self) -> Result<(), String> {
         if self.factors.is_empty() {
             return Err("space: got no factor, expected at least one".into());
@@ -41,10 +41,10 @@ impl ConfigSpace {
         Ok(())
     }
 
-    /// Whether every row of a list is a configuration, within limits.
+    /// Checks that every row of a list is a configuration within limits.
     ///
     /// # Errors
-    /// The row, its value, and what was expected.
+    /// The message names the row, its value and what was expected.
     pub(crate) fn check_rows(&self, rows: &[f64]) -> Result<(), String> {
         if !rows.len().is_multiple_of(self.nq) {
             return Err(format!("got {} numbers, expected rows of {}", rows.len(), self.nq));
@@ -65,7 +65,7 @@ impl ConfigSpace {
                 Manifold::Circle => (x[0].abs() <= std::f64::consts::PI, "an angle within [-pi, pi]".into()),
                 Manifold::Rotation => {
                     let squared: f64 = x.iter().map(|c| c * c).sum();
-                    ((squared - 1.0).abs() <= 2.0 * UNIT, "a unit quaternion x, y, z, w".into())
+                    ((squared - 1.0).abs() <= 2.0 * UNIT_LENGTH_TOLERANCE, "a unit quaternion x, y, z, w".into())
                 }
             };
             if !sound {
@@ -75,8 +75,8 @@ impl ConfigSpace {
         Ok(())
     }
 
-    /// Whether every coordinate is finite and none lies beyond its limits: what a witness has to
-    /// be beside collision-free.
+    /// Returns whether every coordinate is finite and within its limits, as a witness has to be
+    /// besides being collision-free.
     pub(crate) fn is_within(&self, q: &[f64]) -> bool {
         q.iter().all(|x| x.is_finite()) && self.outside(q).next().is_none()
     }

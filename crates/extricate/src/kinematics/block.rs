@@ -1,5 +1,5 @@
 //! Forward kinematics of a block of configurations: one register holds the same number of several
-//! of them.
+//! configurations.
 
 use pulp::{Simd, WithSimd};
 
@@ -8,7 +8,7 @@ use super::{from_numbers, sine};
 use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 
-/// Configurations in a block.
+/// Number of configurations in a block.
 pub const LANES: usize = 8;
 
 type Lanes = [f64; LANES];
@@ -16,10 +16,10 @@ type Lanes = [f64; LANES];
 /// World poses of all frames at up to [`LANES`] configurations.
 ///
 /// # Guarantee
-/// [`PoseBlock::pose`] is what [`super::forward`] says of that configuration, to the last bit.
+/// [`PoseBlock::pose`] equals the result of [`super::forward`] there, to the last bit.
 #[derive(Debug, Clone, Default)]
 pub struct PoseBlock {
-    /// For every frame the columns of its rotation, then its translation.
+    /// Columns of the rotation, then the translation, of every frame.
     frames: Vec<[Lanes; 12]>,
     /// The coordinates of the configurations, transposed.
     coordinates: Vec<Lanes>,
@@ -43,19 +43,19 @@ impl PoseBlock {
         pulp::Arch::new().dispatch(Place { scene, block: self });
     }
 
-    /// Number of frames.
+    /// Number of frames of the scene.
     pub fn frames(&self) -> usize {
         self.frames.len()
     }
 
-    /// The pose of a frame at one of the configurations.
+    /// Returns the pose of a frame at one of the configurations.
     pub fn pose(&self, frame: usize, lane: usize) -> Pose {
         let numbers = &self.frames[frame];
         from_numbers(&std::array::from_fn(|k| numbers[k][lane]))
     }
 
-    /// World coordinates \[m\] x, y, z of points fixed to frames, into `out`: what [`Pose::point`]
-    /// says, to the last bit.
+    /// Writes world coordinates \[m\] x, y, z of points fixed to frames to `out`. They equal those
+    /// of [`Pose::point`] to the last bit.
     pub fn points<'a>(&self, points: impl Iterator<Item = (usize, &'a Vec3)>, out: &mut Vec<[Lanes; 3]>) {
         out.clear();
         pulp::Arch::new().dispatch(Points { block: self, points, out });
@@ -109,7 +109,7 @@ impl WithSimd for Place<'_> {
     }
 }
 
-/// One register of each number of a frame.
+/// Loads one register of each number of a frame.
 #[inline(always)]
 fn numbers<S: Simd>(simd: S, frame: &[Lanes; 12], half: usize) -> Numbers<S> {
     let mut numbers = [simd.splat_f64s(0.0); 12];
@@ -152,7 +152,7 @@ mod tests {
     use crate::math::{axis_rotation, quaternion_matrix};
     use crate::scene::builtin;
 
-    /// The slow twin: one product of poses after the other.
+    /// The slow twin: it multiplies one pose after the other.
     fn plain(scene: &Scene, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::new();
         for frame in &scene.frames {
@@ -171,7 +171,7 @@ mod tests {
         poses
     }
 
-    /// A chain of every kind of joint, with slanted axes, a follower and an axis that points
+    /// Makes a chain of every kind of joint, with slanted axes, a follower and an axis that points
     /// backward.
     fn every_joint() -> Scene {
         use crate::cspace::{ConfigSpace, Manifold};

@@ -5,7 +5,7 @@ use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 
 /// Adds `scale` times the gradient of `direction . point_world` over the tangent coordinates to
-/// `gradient` (length `nv`), where the point is fixed to `frame`.
+/// `gradient` (length `nv`); the point is fixed to `frame`.
 ///
 /// Units: metres per rad or m. Ball joints use the body-frame rotation vector (`q' = q exp(v)`).
 pub fn add_point_gradient(

@@ -1,24 +1,24 @@
-//! The pose of one frame, at one configuration or at several: the same operations in the same
-//! order, so the same bits.
+//! The pose of one frame, at one configuration or at several. The operations and their order are
+//! the same, so the bits are too.
 
 use pulp::Simd;
 
 use crate::math::{Pose, Vec3};
 
-/// A joint at its place, as many of them as a register has lanes.
+/// Position of a joint, at as many configurations as a register has lanes.
 pub enum Joint<'a, S: Simd> {
-    /// About a unit axis, by the angle of these.
+    /// Rotation about a unit axis, by the angle of this sine and cosine.
     Revolute { axis: &'a Vec3, sine: S::f64s, cosine: S::f64s },
-    /// Along a unit axis \[m\].
+    /// Displacement along a unit axis \[m\].
     Prismatic { axis: &'a Vec3, length: S::f64s },
-    /// By a unit quaternion x, y, z, w.
+    /// Rotation by a unit quaternion x, y, z, w.
     Ball { quaternion: [S::f64s; 4] },
 }
 
 /// Columns of a rotation, then a translation.
 pub type Numbers<S> = [<S as Simd>::f64s; 12];
 
-/// World poses of a frame from those of its parent; `None` where that is the world.
+/// Returns the world pose of a frame from that of its parent (`None` for the world).
 #[inline(always)]
 pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, joint: Joint<S>) -> Numbers<S> {
     let mut pose = match parent {
@@ -70,8 +70,8 @@ fn then<S: Simd>(simd: S, parent: &Numbers<S>, fixed: &Pose) -> Numbers<S> {
     out
 }
 
-/// The rotation applied to a constant vector. Loops, here and above: what `array::from_fn` calls
-/// knows nothing of the processor's vectors, and every operation in it would be a call.
+/// Rotates a constant vector. This file uses loops since the closure of `array::from_fn` is not
+/// compiled for vector registers: every operation in it would be a call.
 #[inline(always)]
 pub fn image<S: Simd>(simd: S, pose: &Numbers<S>, vector: &Vec3) -> [S::f64s; 3] {
     let [x, y, z] = [simd.splat_f64s(vector.x), simd.splat_f64s(vector.y), simd.splat_f64s(vector.z)];
@@ -83,7 +83,7 @@ pub fn image<S: Simd>(simd: S, pose: &Numbers<S>, vector: &Vec3) -> [S::f64s; 3]
     out
 }
 
-/// A turn about the third axis of the frame, in cyclic order: mixes the columns `i` and `j`.
+/// Rotates about the third axis of the frame, in cyclic order, which mixes the columns `i` and `j`.
 #[inline(always)]
 fn turn_columns<S: Simd>(simd: S, pose: &mut Numbers<S>, i: usize, j: usize, sine: S::f64s, cosine: S::f64s) {
     for r in 0..3 {

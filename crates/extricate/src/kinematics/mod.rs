@@ -18,8 +18,8 @@ use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 use joint::{Joint, joint_pose};
 
-/// Revolute joints whose sines and cosines are taken together.
-const TOGETHER: usize = 8;
+/// Frames whose sines and cosines are computed together.
+const CHUNK_FRAMES: usize = 8;
 
 impl Scene {
     /// Writes the poses of all frames in the world at `q` (length `nq`) to `poses`.
@@ -28,8 +28,8 @@ impl Scene {
     }
 }
 
-/// World poses of all frames of `scene` at configuration `q` (length `nq`), into `poses` (one per
-/// frame).
+/// Writes the world poses of all frames of `scene` at configuration `q` (length `nq`) to `poses`
+/// (one per frame).
 ///
 /// # Cost
 /// About one and a half 3 x 3 products a frame; allocates only when `poses` grows.
@@ -50,8 +50,8 @@ impl WithSimd for Forward<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { scene, q, poses } = self;
         poses.clear();
-        for frames in scene.frames.chunks(TOGETHER) {
-            let mut angles = [0.0; TOGETHER];
+        for frames in scene.frames.chunks(CHUNK_FRAMES) {
+            let mut angles = [0.0; CHUNK_FRAMES];
             for (frame, angle) in frames.iter().zip(&mut angles) {
                 if let Motion::Revolute { coordinate, .. } = &frame.motion {
                     *angle = coordinate.multiplier * q[coordinate.q] + coordinate.offset;
@@ -79,7 +79,7 @@ impl WithSimd for Forward<'_> {
     }
 }
 
-/// The columns of the rotation, then the translation.
+/// Returns the columns of the rotation, then the translation.
 #[inline(always)]
 fn numbers(pose: &Pose) -> [f64; 12] {
     let (r, t) = (pose.rotation.as_slice(), pose.translation.as_slice());

@@ -1,16 +1,15 @@
-//! Sine and cosine of several angles at once, by the same operations whatever their number: one
-//! configuration and a block of them get the same bits, on every processor.
+//! Sine and cosine of several angles at once. The operations do not depend on their number, so that
+//! one configuration and a block get the same bits, on every processor.
 
 use pulp::Simd;
 
 use crate::math::elementary::sin_cos;
 
-/// Largest angle \[rad\] that the reduction below is made for; the standard library takes those
-/// beyond.
-pub const LARGEST: f64 = 1e5;
+/// Largest angle \[rad\] that the reduction below is made for; [`sin_cos`] computes those beyond.
+pub const MAX_ANGLE_RAD: f64 = 1e5;
 
-/// Adding it leaves the nearest integer in the low bits of the sum: `1.5 * 2^52`.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+/// Rounding constant `1.5 * 2^52`: adding it leaves the nearest integer in the low bits of the sum.
+const ROUNDING_SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// `pi / 2` in three pieces. The first two have 33 bits, so that products with a quadrant below
 /// `2^20` are exact.
@@ -18,7 +17,7 @@ const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2
 
 /// Taylor coefficients of `(sin x - x) / x^3` in `x^2`, highest first: the next one adds less than
 /// 1e-19 on `[-pi/4, pi/4]`.
-const SINE: [f64; 8] = [
+const SINE_COEFFICIENTS: [f64; 8] = [
     1.0 / 355_687_428_096_000.0,
     -1.0 / 1_307_674_368_000.0,
     1.0 / 6_227_020_800.0,
@@ -30,7 +29,7 @@ const SINE: [f64; 8] = [
 ];
 
 /// Taylor coefficients of `(cos x - 1 + x^2 / 2) / x^4` in `x^2`, highest first.
-const COSINE: [f64; 7] = [
+const COSINE_COEFFICIENTS: [f64; 7] = [
     1.0 / 20_922_789_888_000.0,
     -1.0 / 87_178_291_200.0,
     1.0 / 479_001_600.0,
@@ -40,11 +39,11 @@ const COSINE: [f64; 7] = [
     1.0 / 24.0,
 ];
 
-/// Sines and cosines of angles \[rad\], a pair of results an angle.
+/// Returns the sines and the cosines of angles \[rad\].
 ///
 /// # Guarantee
-/// Within 2.3e-16 of the exact values (measured over a million angles up to [`LARGEST`], see the
-/// test). Angles beyond it, and those that are not finite, get what `math` says.
+/// Values are within 2.3e-16 of the exact ones (measured over a million angles up to
+/// [`MAX_ANGLE_RAD`], see the test). [`sin_cos`] computes all other angles.
 ///
 /// # Source
 /// Reduction: W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980. No
@@ -59,8 +58,8 @@ pub fn sines_cosines<S: Simd, const N: usize>(simd: S, angles: &[f64; N]) -> ([f
     for ((x, s), c) in x.iter().zip(s).zip(c) {
         (*s, *c) = reduced(simd, *x);
     }
-    if !angles.iter().all(|x| x.abs() <= LARGEST) {
-        for (k, x) in angles.iter().enumerate().filter(|(_, x)| x.is_nan() || x.abs() > LARGEST) {
+    if !angles.iter().all(|x| x.abs() <= MAX_ANGLE_RAD) {
+        for (k, x) in angles.iter().enumerate().filter(|(_, x)| x.is_nan() || x.abs() > MAX_ANGLE_RAD) {
             (sines[k], cosines[k]) = sin_cos(*x);
         }
     }
@@ -70,8 +69,8 @@ pub fn sines_cosines<S: Simd, const N: usize>(simd: S, angles: &[f64; N]) -> ([f
 #[inline(always)]
 fn reduced<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let splat = |value: f64| simd.splat_f64s(value);
-    let shifted = simd.add_f64s(simd.mul_f64s(x, splat(std::f64::consts::FRAC_2_PI)), splat(ROUND));
-    let quadrant = simd.sub_f64s(shifted, splat(ROUND));
+    let shifted = simd.add_f64s(simd.mul_f64s(x, splat(std::f64::consts::FRAC_2_PI)), splat(ROUNDING_SHIFT));
+    let quadrant = simd.sub_f64s(shifted, splat(ROUNDING_SHIFT));
     let less = |x: S::f64s, piece: f64| simd.sub_f64s(x, simd.mul_f64s(quadrant, splat(piece)));
     let r = less(less(less(x, HALF_PI[0]), HALF_PI[1]), HALF_PI[2]);
     let r2 = simd.mul_f64s(r, r);
@@ -82,10 +81,10 @@ fn reduced<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
         }
         p
     };
-    let sine = simd.add_f64s(r, simd.mul_f64s(simd.mul_f64s(r, r2), polynomial(&SINE)));
-    // 1 - x^2/2 first: it is exact but for one rounding, the rest is small.
+    let sine = simd.add_f64s(r, simd.mul_f64s(simd.mul_f64s(r, r2), polynomial(&SINE_COEFFICIENTS)));
+    // Computes 1 - x^2/2 first: it is exact but for one rounding, and the rest is small.
     let half = simd.sub_f64s(splat(1.0), simd.mul_f64s(splat(0.5), r2));
-    let cosine = simd.add_f64s(half, simd.mul_f64s(simd.mul_f64s(r2, r2), polynomial(&COSINE)));
+    let cosine = simd.add_f64s(half, simd.mul_f64s(simd.mul_f64s(r2, r2), polynomial(&COSINE_COEFFICIENTS)));
 
     let bits = simd.transmute_u64s_f64s(shifted);
     let has =
@@ -118,7 +117,7 @@ mod tests {
             let scale = [1.0, 4.0, 100.0, 1e5][i % 4];
             let mut angles = [0.0; 8].map(|_: f64| scale * (2.0 * rng.random::<f64>() - 1.0));
             if i % 4 == 1 {
-                // Next to multiples of a quarter turn, where the reduction cancels.
+                // Angles next to multiples of pi/4 test the cancellation in the reduction.
                 angles = angles.map(|x| x.round() * std::f64::consts::FRAC_PI_4 + 1e-9 * x);
             }
             let (sines, cosines) = pulp::Arch::new().dispatch(Wide(&angles));

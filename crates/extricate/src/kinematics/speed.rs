@@ -1,21 +1,21 @@
-//! How fast what is fixed to a frame can move while the configuration runs along a geodesic at
+//! Bounds on the speed of points fixed to a frame while the configuration runs along a geodesic at
 //! constant rates.
 
 use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 
-/// Upper bounds [m per unit of time] on the speed of every point of a ball, which is fixed to
-/// `frame`, as seen from that frame (0), from its parent, and so on up to the world, appended to
-/// `speeds`.
+/// Appends upper bounds [m per unit of time] on the speed of every point of a ball to `speeds`. The
+/// ball is fixed to `frame`; speeds are as seen from that frame (0), from its parent, and so on up
+/// to the world.
 ///
-/// `poses` are those of now; `rates` is the constant velocity in tangent coordinates (length `nv`,
-/// see [`crate::cspace::ConfigSpace::difference`]).
+/// `poses` are the present ones; `rates` is the constant velocity in tangent coordinates (length
+/// `nv`, see [`crate::cspace::ConfigSpace::difference`]).
 ///
 /// # Guarantee
-/// The bounds hold for all times within `spell` of now. Seen from a joint's own frame a point moves
-/// no farther than the joints nearer to it allow, so its distance from the joint's axis is at most
-/// the present one plus that; its speed as seen from the parent is at most that seen from the
-/// frame, plus the turning rate times that distance (or the sliding rate).
+/// The bounds hold for all times within `spell` of the present. Seen from a joint's own frame, a
+/// point moves no farther than the joints nearer to it allow. So its distance from the joint's axis
+/// is at most the present one plus that. Its speed as seen from the parent is at most that seen
+/// from the frame, plus the turning rate times that distance (or the sliding rate).
 pub fn ball_speeds(
     scene: &Scene,
     poses: &[Pose],

@@ -1,49 +1,49 @@
-//! How every joint moves the world, at one configuration: what gradients of many points and sums
-//! over whole bodies are made of.
+//! How every joint moves what it carries, at one configuration. Gradients of many points and sums
+//! over whole bodies are made of these twists.
 
 use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 
-/// The velocity of the world when one tangent coordinate runs at rate 1: a point `p` moves by
-/// `slide + turn x p`.
+/// Velocity of a carried body when one tangent coordinate runs at rate 1: a point `p` of the world
+/// moves by `slide + turn x p`.
 #[derive(Debug, Clone, Copy)]
 pub struct Twist {
-    /// The tangent coordinate.
+    /// Index of the tangent coordinate.
     pub v: usize,
-    /// \[rad per rad or m\]
+    /// Angular velocity \[rad per rad or m\].
     pub turn: Vec3,
-    /// Of the world's origin \[m per rad or m\].
+    /// Velocity at the world's origin \[m per rad or m\].
     pub slide: Vec3,
 }
 
-/// A force and its moment about the world's origin, in units of the caller's.
+/// A force and its moment about the world's origin, in the caller's units.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Wrench {
-    /// The force.
+    /// Force in world coordinates.
     pub force: Vec3,
-    /// Its moment.
+    /// Moment about the world's origin.
     pub moment: Vec3,
 }
 
-/// The twists of all frames' own joints; what moves a frame are those of the chain from it to the
+/// The twists of all frames' own joints. A frame is moved by those on the chain from it to the
 /// world.
 #[derive(Debug, Clone, Default)]
 pub struct Twists {
     all: Vec<Twist>,
-    /// Where those of each frame start, and the end of the last.
+    /// Index of the first twist of each frame, and the end of the last frame's twists.
     starts: Vec<usize>,
 }
 
 impl Twist {
-    /// What the wrench does at this velocity: for a unit force at a point, how fast the point moves
-    /// along it.
+    /// Returns the power of the wrench at this velocity: for a unit force at a point, the speed of
+    /// the point along it.
     pub fn power(&self, wrench: &Wrench) -> f64 {
         self.turn.dot(&wrench.moment) + self.slide.dot(&wrench.force)
     }
 }
 
 impl Wrench {
-    /// Of a force at a point of the world.
+    /// Makes the wrench of a force at a point of the world.
     pub fn at(point: &Vec3, force: Vec3) -> Self {
         Self { force, moment: point.cross(&force) }
     }
@@ -57,7 +57,7 @@ impl std::ops::AddAssign<&Self> for Wrench {
 }
 
 impl Twists {
-    /// Takes those at the configuration whose frame poses are `poses`.
+    /// Computes the twists at the configuration whose frame poses are `poses`.
     pub fn set(&mut self, scene: &Scene, poses: &[Pose]) {
         self.all.clear();
         self.starts.clear();
@@ -82,13 +82,13 @@ impl Twists {
         self.starts.push(self.all.len());
     }
 
-    /// Those of the joint that moves `frame` relative to its parent.
+    /// Returns the twists of the joint that moves `frame` relative to its parent.
     pub fn of(&self, frame: usize) -> &[Twist] {
         &self.all[self.starts[frame]..self.starts[frame + 1]]
     }
 
-    /// Adds the power of `wrench` on what is fixed to `frame`, by tangent coordinate, to `gradient`
-    /// (length `nv` or more).
+    /// Adds the power of `wrench` on a body fixed to `frame`, for each tangent coordinate, to
+    /// `gradient` (length `nv` or more).
     pub fn add_power(&self, scene: &Scene, mut frame: usize, wrench: &Wrench, gradient: &mut [f64]) {
         while frame != 0 {
             for twist in self.of(frame) {

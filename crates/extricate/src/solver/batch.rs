@@ -1,4 +1,4 @@
-//! Many queries on all cores: the answers of one by one, in order.
+//! Answers many queries on all cores and returns the answers in the order of the queries.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,26 +11,26 @@ use crate::query::{Answer, QueryScratch};
 /// One answer of a batch.
 #[derive(Debug, Clone)]
 pub struct Answered<T = Answer> {
-    /// Which query, from 0.
+    /// Number of the query, counted from 0.
     pub index: usize,
-    /// Its answer.
+    /// The answer to that query.
     pub answer: T,
-    /// How long it took on its core \[s\].
+    /// Time that the query took on its core \[s\].
     pub seconds: f64,
 }
 
-/// How long a block of queries should take: long enough that starting threads costs nothing beside
-/// it, short enough that the caller can interrupt.
-const BLOCK: Duration = Duration::from_millis(60);
-/// Most queries a block, so that memory does not grow with the number of queries.
-const MOST: usize = 4096;
+/// Target duration of a block of queries: long enough that starting threads costs next to nothing,
+/// short enough that the caller can interrupt.
+const TARGET_BLOCK_DURATION: Duration = Duration::from_millis(60);
+/// Limits the queries of a block, so that memory does not grow with the number of queries.
+const MAX_BLOCK_QUERIES: usize = 4096;
 
-/// Gives what `ask` says of each of `queries`, on `threads` threads (0: one a core), to `each`, in
-/// order, on the calling thread; `Break` ends it. Returns how many were handed over.
+/// Runs `ask` on each of `queries` on `threads` threads (0: one per core). Passes the results in
+/// order, on the calling thread, to `each`, which may end the batch. Returns how many it passed.
 ///
 /// # Guarantee
-/// The order, and the answers, do not depend on the number of threads. At most
-/// 4096 answers are kept at a time, or one a thread.
+/// Order and answers do not depend on the number of threads. At most 4096 answers are held at a
+/// time, or one per thread if there are more threads than that.
 pub fn in_blocks<T: Send>(
     queries: &mut dyn Iterator<Item = Config>,
     threads: usize,
@@ -56,15 +56,15 @@ pub fn in_blocks<T: Send>(
             }
         }
         let taken = started.elapsed();
-        if taken < BLOCK / 2 {
-            size = (2 * size).min(MOST.max(threads));
-        } else if taken > 2 * BLOCK {
+        if taken < TARGET_BLOCK_DURATION / 2 {
+            size = (2 * size).min(MAX_BLOCK_QUERIES.max(threads));
+        } else if taken > 2 * TARGET_BLOCK_DURATION {
             size = (size / 2).max(threads);
         }
     }
 }
 
-/// Threads take the next query as they become free.
+/// Answers one block; each thread takes the next query as soon as it is free.
 fn answer_block<T: Send>(
     block: &[Config],
     memory: &Memory,
@@ -87,7 +87,7 @@ fn answer_block<T: Send>(
     let mut answers = std::thread::scope(|scope| {
         let more = block.len().min(threads).saturating_sub(1);
         let spawned = (0..more).map(|_| std::thread::Builder::new().spawn_scoped(scope, work));
-        // Where the system starts no more threads, those that there are do the work.
+        // If the system starts no more threads, the existing ones do the work.
         let spawned: Vec<_> = spawned.filter_map(Result::ok).collect();
         let mut answers = work();
         for thread in spawned {

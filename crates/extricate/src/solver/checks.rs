@@ -1,4 +1,4 @@
-//! Exact checks.
+//! Exact checks of configurations and of motions between them.
 
 use super::Solver;
 use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
@@ -6,8 +6,8 @@ use crate::cspace::Label;
 use crate::scene::PairId;
 
 impl Solver {
-    /// Whether every checked pair keeps the clearance at `q`, a configuration of the scene within
-    /// its limits.
+    /// Returns whether every checked pair keeps the clearance at `q`, a configuration of the scene
+    /// within its limits.
     ///
     /// # Panics
     /// If `q` is not `nq` long.
@@ -16,8 +16,8 @@ impl Solver {
         self.memory().of_checks(|scratch| checker.label(q, scratch)) == Label::Free
     }
 
-    /// The checked pairs that do not keep the clearance at `q`, a configuration of the scene within
-    /// its limits.
+    /// Returns the checked pairs that do not keep the clearance at `q`, a configuration of the
+    /// scene within its limits.
     ///
     /// # Panics
     /// If `q` is not `nq` long.
@@ -39,7 +39,7 @@ impl Solver {
         self.memory().of_checks(|scratch| checker.clearance(q, scratch))
     }
 
-    /// The signed distances \[m\] of all checked pairs at `q`, in the order of the pairs.
+    /// Returns the signed distances \[m\] of all checked pairs at `q`, in the order of the pairs.
     ///
     /// # Panics
     /// If `q` is not `nq` long.
@@ -48,7 +48,7 @@ impl Solver {
         self.memory().of_checks(|scratch| checker.signed_distances(q, scratch))
     }
 
-    /// What is proved of the motion from one configuration to another along the geodesic, see
+    /// Tries to prove that the geodesic between two configurations is free, see
     /// [`Checker::segment`].
     ///
     /// # Panics
@@ -60,8 +60,8 @@ impl Solver {
         self.memory().of_checks(|scratch| checker.segment(from, to, options, scratch))
     }
 
-    /// Does `work`, which calls the checker, with memory that later checks reuse and that nobody
-    /// else uses meanwhile.
+    /// Calls `work` with scratch memory of the checker, which later checks reuse and nobody else
+    /// uses meanwhile.
     pub fn with_scratch<T>(&self, work: impl FnOnce(&mut CheckScratch) -> T) -> T {
         self.memory().of_checks(work)
     }

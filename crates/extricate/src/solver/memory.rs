@@ -1,14 +1,14 @@
-//! Memory that queries and checks reuse, whichever thread they are on.
+//! Scratch memory that queries and checks reuse, whichever thread they run on.
 
 use std::sync::{Mutex, PoisonError};
 
 use crate::collision::CheckScratch;
 use crate::query::QueryScratch;
 
-/// Most pieces of memory that are kept: more threads than that make their own anew.
-const MAX_PIECES: usize = 256;
+/// Scratches of one kind that are kept; more threads than that allocate theirs anew.
+const MAX_KEPT_SCRATCHES: usize = 256;
 
-/// One piece of memory for each thread that was ever at it at the same time.
+/// Pool of scratch memory, one scratch for each thread that was ever at work at the same time.
 #[derive(Default)]
 pub struct Memory {
     queries: Mutex<Vec<QueryScratch>>,
@@ -16,12 +16,12 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Does `work` with memory that nobody else uses meanwhile.
+    /// Calls `work` with scratch memory that nobody else uses meanwhile.
     pub fn of_queries<T>(&self, work: impl FnOnce(&mut QueryScratch) -> T) -> T {
         with(&self.queries, work)
     }
 
-    /// As [`Memory::of_queries`], for checks.
+    /// Does the same as [`Memory::of_queries`] for checks.
     pub fn of_checks<T>(&self, work: impl FnOnce(&mut CheckScratch) -> T) -> T {
         with(&self.checks, work)
     }
@@ -32,7 +32,7 @@ fn with<Scratch: Default, T>(pool: &Mutex<Vec<Scratch>>, work: impl FnOnce(&mut 
     let mut scratch = own.unwrap_or_default();
     let result = work(&mut scratch);
     let mut pool = pool.lock().unwrap_or_else(PoisonError::into_inner);
-    if pool.len() < MAX_PIECES {
+    if pool.len() < MAX_KEPT_SCRATCHES {
         pool.push(scratch);
     }
     result

@@ -1,4 +1,4 @@
-//! One handle on all that is asked of a scene, with a model or without.
+//! The solver: one handle on a scene, with a model or without, for queries, checks and motions.
 
 mod batch;
 mod checks;
@@ -54,13 +54,12 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// A solver of a scene of which nothing was learned. It prepares nothing yet, see
-    /// [`Solver::prepare`].
+    /// Makes a solver of a scene without a model. Nothing is prepared yet, see [`Solver::prepare`].
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         Self::of(Shared::new(scene.into(), None, None))
     }
 
-    /// A solver of the scene that a model was learned in, with the model.
+    /// Makes a solver of the scene that a model was learned in, with that model.
     pub fn of_model(model: impl Into<Arc<Model>>) -> Self {
         Self::of(Shared::at_home(model.into()))
     }
@@ -69,18 +68,18 @@ impl Solver {
         Self { shared: Arc::new(shared), options: QueryOptions::default() }
     }
 
-    /// The same with a model, which was learned in this scene or in one of the same joints and
-    /// metric: obstacles, checked pairs and clearance may differ.
+    /// Returns this solver with a model, which was learned in this scene or in one of the same
+    /// joints and metric. Obstacles, checked pairs and clearance may differ.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if coordinates, limits, weights or the metric differ;
-    /// for the metrics of displacement, also if what moves does.
+    /// for the metrics of displacement, also if the moving bodies differ.
     pub fn with_model(&self, model: impl Into<Arc<Model>>) -> Result<Self> {
         let shared = self.shared.of_learned(model.into(), Arc::clone(self.scene()))?;
         Ok(Self { shared: shared.into(), options: self.options.clone() })
     }
 
-    /// The same without a model.
+    /// Returns this solver without a model.
     pub fn without_model(&self) -> Self {
         let shared = match self.shared.learned {
             None => Arc::clone(&self.shared),
@@ -92,12 +91,12 @@ impl Solver {
         Self { shared, options: self.options.clone() }
     }
 
-    /// The same of another scene, such as one in which an obstacle moved ([`Scene::moved`]); what
-    /// is prepared of equal bodies is shared, so it takes as long as what differs.
+    /// Returns this solver for another scene, such as one in which an obstacle moved
+    /// ([`Scene::moved`]). It reuses what is prepared of equal bodies.
     ///
     /// # Guarantee
-    /// Without a model, answers are those of [`Solver::new`]. A model's samples are starts there
-    /// that may collide; the guarantees of answers stay.
+    /// Without a model, answers are those of [`Solver::new`]. A model's samples serve as starts
+    /// that may collide; the guarantees of answers hold.
     ///
     /// # Errors
     /// Those of [`Solver::with_model`]; [`Error::Option`] if options of this solver name joints or
@@ -112,8 +111,8 @@ impl Solver {
         Ok(Self { shared: shared.into(), options: self.options.clone() })
     }
 
-    /// The same with other weights of joints in the metric, see [`Scene::weighted`]. A model is not
-    /// used there: its samples are stored by the metric that was learned.
+    /// Returns this solver with other weights of joints in the metric, see [`Scene::weighted`]. It
+    /// drops the model, whose samples are stored by the metric that was learned.
     ///
     /// # Errors
     /// Those of [`Scene::weighted`].
@@ -121,7 +120,7 @@ impl Solver {
         self.without_model().with_scene(self.scene().weighted(weights)?)
     }
 
-    /// The same with options of queries.
+    /// Returns this solver with other options of queries.
     ///
     /// # Errors
     /// [`Error::Option`](crate::Error::Option) for an option that makes no sense, see
@@ -132,12 +131,12 @@ impl Solver {
         Ok(Self { options, ..self })
     }
 
-    /// The options of its queries.
+    /// Options of the queries of this solver.
     pub fn query_options(&self) -> &QueryOptions {
         &self.options
     }
 
-    /// Whether the joints that options name are those of `scene`.
+    /// Checks that the locked joints and the goal of `options` fit `scene`.
     fn check_options(&self, options: &QueryOptions, scene: &Scene) -> Result<()> {
         let (joints, nq) = (scene.joints.len(), scene.space.nq());
         if let Some(bad) = options.locked.iter().find(|joint| **joint >= joints) {
@@ -167,13 +166,13 @@ impl Solver {
         self.shared.learned.as_ref().map(|learned| &learned.model)
     }
 
-    /// Whether there is a model, and it was learned in this scene.
+    /// Returns whether there is a model that was learned in this scene.
     pub fn is_learned(&self) -> bool {
         self.shared.learned.as_ref().is_some_and(|learned| learned.is_at_home)
     }
 
-    /// Makes all that answers need: the checker, the metric, the convex pieces around meshes. The
-    /// first query does it too, and checks what they need of it; later calls cost nothing.
+    /// Prepares all that answers need: the checker, the metric and the convex pieces around meshes.
+    /// The first query does it too; checks prepare only what they need. Later calls cost nothing.
     ///
     /// # Cost
     /// Some tenths of a second for a robot of raw meshes, on all cores.
@@ -181,17 +180,17 @@ impl Solver {
         self.shared.ready();
     }
 
-    /// Whether [`Solver::prepare`] has nothing left to do.
+    /// Returns whether [`Solver::prepare`] has nothing left to do.
     pub fn is_prepared(&self) -> bool {
         self.shared.is_ready()
     }
 
-    /// Whether [`Solver::checker`] is made.
+    /// Returns whether the checker and the metric are prepared.
     pub fn has_checker(&self) -> bool {
         self.shared.has_checker()
     }
 
-    /// The exact checker.
+    /// The exact checker of the scene; the first call prepares it.
     pub fn checker(&self) -> &Checker {
         self.shared.prepared().checker()
     }
@@ -209,7 +208,7 @@ impl Solver {
         &self.shared.memory
     }
 
-    /// What a query stands on.
+    /// Borrows what a query reads: the prepared scene and, if there is a model, its stored samples.
     pub(crate) fn context(&self) -> Context<'_> {
         let prepared = self.shared.ready();
         match &self.shared.learned {
@@ -221,9 +220,9 @@ impl Solver {
         }
     }
 
-    /// The nearest free configuration to `q`, and what is proved of it. `None` if nothing free was
-    /// found, not even among 20,000 configurations; if locked joints or a clearance leave nothing;
-    /// or if the search for a first witness was stopped.
+    /// Finds the nearest free configuration to `q` and a proved lower bound. Returns `None` if
+    /// nothing free was found, not even among 20,000 configurations; if locked joints or a
+    /// clearance leave nothing; or if the search for a first witness was stopped.
     ///
     /// # Guarantee
     /// The exact checker called the witness free during this call, and the lower bound is proved.
@@ -234,13 +233,13 @@ impl Solver {
         self.shared.memory.of_queries(|scratch| query(&self.context(), q, &self.options, scratch))
     }
 
-    /// The witness of [`Solver::query`] alone, such as for a simulator that resets a state in
-    /// collision: nothing is proved but what effort `proved` or a gap of the options ask for.
-    /// `None` as of a query; `q` itself if it is free.
+    /// Finds the witness of [`Solver::query`] alone, for example for a simulator that resets a
+    /// state in collision. It proves only what effort `proved` or a gap of the options demands. It
+    /// returns `None` as a query does, and `q` itself if that is free.
     ///
     /// # Guarantee
-    /// The exact checker called it free, as of a query. Without the default gap, which ends
-    /// queries, it may be nearer than their witness.
+    /// The exact checker called it free, as for a query. The default gap, which ends queries, does
+    /// not apply, so the result may be nearer than their witness.
     ///
     /// ```
     /// # use extricate::{Solver, builtin};
@@ -257,13 +256,13 @@ impl Solver {
         self.shared.memory.of_queries(find)
     }
 
-    /// The answers to all rows, in order, on all cores.
+    /// Answers all rows, in order, on all cores.
     ///
     /// # Guarantee
-    /// Each is that of [`Solver::query`].
+    /// Each answer is that of [`Solver::query`].
     ///
     /// # Errors
-    /// If a row is not finite, or not as long as a configuration; the row is named.
+    /// If a row is not finite, or not as long as a configuration; the coordinate is named.
     pub fn batch(&self, rows: Rows) -> Result<Vec<Option<Answer>>> {
         let space = &self.scene().space;
         let configs = rows.iter().map(|row| space.config_anywhere(row)).collect::<Result<Vec<Config>>>()?;
@@ -275,12 +274,12 @@ impl Solver {
         Ok(answers)
     }
 
-    /// Gives the answers to many queries, in order, to `each`, which may end it; returns how many
-    /// were given. Works on `threads` threads (0: one a core).
+    /// Answers many queries on `threads` threads (0: one per core) and passes the answers, in
+    /// order, to `each`, which may end the batch. Returns the number of answers passed on.
     ///
     /// # Guarantee
-    /// Each is that of [`Solver::query`], whatever the number of threads. At most 4096 answers are
-    /// held at a time, or one a thread.
+    /// Each answer is that of [`Solver::query`], whatever the number of threads. At most 4096
+    /// answers are held at a time, or one per thread if there are more threads than that.
     pub fn batch_each(
         &self,
         queries: impl IntoIterator<Item = Config>,
@@ -293,7 +292,7 @@ impl Solver {
         in_blocks(&mut queries.into_iter(), threads, self.memory(), &ask, each)
     }
 
-    /// Queries that follow each other closely, with the options of this solver.
+    /// Opens a stream of queries that follow each other closely, with the options of this solver.
     ///
     /// # Errors
     /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
@@ -302,9 +301,9 @@ impl Solver {
         Ok(Stream::new(self.clone(), options))
     }
 
-    /// Queries configurations spread over the whole space, for about as long as `duration`, so that
-    /// the first query that counts takes as long as those that follow: the first hundred of a
-    /// program take up to twice as long. 30 ms are enough.
+    /// Queries configurations spread over the whole space for about as long as `duration`, so that
+    /// the first query that counts takes as long as later ones. The first hundred queries of a
+    /// program take up to twice as long; 30 ms of warming up are enough.
     pub fn warm_up(&self, duration: Duration) {
         let (space, started) = (&self.scene().space, Instant::now());
         let (halton, mut q) = (Halton::new(space.nv(), 1), vec![0.0; space.nq()]);

@@ -1,4 +1,4 @@
-//! Preparing a scene, and whether a model may be asked in it.
+//! Preparation of a scene, and the test whether a model fits it.
 
 use std::thread;
 
@@ -9,9 +9,9 @@ use crate::error::{Error, Result};
 use crate::scene::correspondence::by_name;
 use crate::scene::{Body, MetricKind, Part, Scene};
 
-/// Whether each body of `scene` that has a mesh, a cloud or a grid is in `before` too, under its
-/// name, with equal shapes. What is new then is prepared by the calling thread, in less time than
-/// it takes to start others.
+/// Returns whether each body of `scene` that has a mesh, a cloud or a grid is also in `before`,
+/// under its name and with equal shapes. The calling thread then prepares the rest faster than it
+/// could start other threads.
 pub fn is_small_change(before: &Scene, scene: &Scene) -> bool {
     let is_known = |(body, namesake): (&Body, Option<usize>)| {
         let has_large_shape = body.parts.iter().any(|part| shared_shape(&part.geometry).is_some());
@@ -20,7 +20,7 @@ pub fn is_small_change(before: &Scene, scene: &Scene) -> bool {
     scene.bodies.iter().zip(by_name(before, scene)).all(is_known)
 }
 
-/// Whether two bodies have equal shapes, which stay to each other if there are several.
+/// Returns whether two bodies have equal shapes; several shapes must also have equal poses.
 fn are_alike(one: &[Part], other: &[Part]) -> bool {
     match (one, other) {
         ([one], [other]) => one.geometry == other.geometry,
@@ -30,8 +30,8 @@ fn are_alike(one: &[Part], other: &[Part]) -> bool {
 
 /// Runs `work`, which prepares a scene, on threads of its own.
 ///
-/// A thread of another pool that waits takes up other work of that pool meanwhile, and would wait
-/// for itself if that work needs what is being prepared.
+/// A waiting thread of another pool takes up other work of that pool meanwhile. It would wait for
+/// itself if that work needed what is being prepared.
 pub fn apart<T: Send>(work: &(dyn Fn() -> T + Sync)) -> T {
     let pooled = || match ThreadPoolBuilder::new().build() {
         Ok(pool) => pool.install(work),
@@ -50,12 +50,12 @@ pub fn apart<T: Send>(work: &(dyn Fn() -> T + Sync)) -> T {
     })
 }
 
-/// Whether a model that was learned in `learned` may be asked in `scene`: obstacles, checked pairs
-/// and clearance may differ; what stored configurations and distances between them mean must not.
+/// Checks that a model learned in `learned` may be used in `scene`. Obstacles, checked pairs and
+/// clearance may differ, but not what stored configurations and distances between them mean.
 ///
 /// # Errors
 /// [`Error::Input`] if coordinates, limits, weights or the metric differ; for the metrics of
-/// displacement, also if what moves does.
+/// displacement, also if the moving bodies differ.
 pub fn fits(learned: &Scene, scene: &Scene) -> Result<()> {
     let differs = |element: &str, problem: String| Err(Error::input("scene", element, problem));
     if scene.metric != learned.metric {

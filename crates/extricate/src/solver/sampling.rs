@@ -1,4 +1,4 @@
-//! Uniformly random configurations, all or only free or colliding ones.
+//! Samples uniformly random configurations: all of them, only free ones, or only colliding ones.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -11,11 +11,11 @@ use crate::cspace::Label;
 use crate::cspace::sampling::uniform;
 use crate::error::{Error, Result};
 
-/// Configurations that are labelled at once: enough for all threads, few enough that a rare kind is
-/// not drawn far beyond need.
-const BATCH: usize = 4096;
-/// Tries in a row without a wanted configuration that end the drawing.
-const MAX_TRIES_IN_VAIN: usize = 1_000_000;
+/// Configurations labelled at once: enough for all threads, few enough that a rare label is not
+/// drawn far beyond need.
+const BATCH_CONFIGS: usize = 4096;
+/// Drawing ends after this many configurations in a row without the wanted label.
+const MAX_CONFIGS_IN_VAIN: usize = 1_000_000;
 
 /// Draws uniformly random configurations; the same scene, seed and wanted label give the same ones.
 #[derive(Debug)]
@@ -23,21 +23,21 @@ pub struct Sampler {
     solver: Solver,
     wanted: Option<Label>,
     rng: ChaCha8Rng,
-    /// Rows that were found and not yet given.
+    /// Configurations found and not yet given out.
     ready: VecDeque<Vec<f64>>,
     tried: usize,
     given: usize,
 }
 
 impl Sampler {
-    /// Draws configurations of one label, or any.
+    /// Makes a sampler of configurations with one label, or with any (`None`).
     pub fn new(solver: &Solver, wanted: Option<Label>, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
         Self { solver: solver.clone(), wanted, rng, ready: VecDeque::new(), tried: 0, given: 0 }
     }
 
-    /// The next `count` configurations. `progress` hears how many were tried and how many found so
-    /// far, and may stop. Labels are checked on all threads of the current rayon pool.
+    /// Draws the next `count` configurations. `progress` receives the numbers tried and found so
+    /// far, and may stop the drawing. All threads of the current rayon pool check labels.
     ///
     /// # Errors
     /// [`Error::Unlikely`] if a million tries in a row found nothing; [`Error::Interrupted`] if
@@ -55,7 +55,7 @@ impl Sampler {
             let found = self.ready.len();
             let tried = self.try_batch(count - found);
             in_vain = if self.ready.len() > found { 0 } else { in_vain + tried };
-            if in_vain >= MAX_TRIES_IN_VAIN {
+            if in_vain >= MAX_CONFIGS_IN_VAIN {
                 return Err(self.unlikely(in_vain));
             }
         }
@@ -65,7 +65,7 @@ impl Sampler {
 
     fn try_batch(&mut self, missing: usize) -> usize {
         let space = &self.solver.scene().space;
-        let rows = if self.wanted.is_some() { BATCH } else { BATCH.min(missing) };
+        let rows = if self.wanted.is_some() { BATCH_CONFIGS } else { BATCH_CONFIGS.min(missing) };
         let mut batch = vec![0.0; rows * space.nq()];
         batch.chunks_exact_mut(space.nq()).for_each(|q| uniform(space, &mut self.rng, q));
         self.tried += rows;

@@ -1,4 +1,4 @@
-//! What the clones of a solver share: the scene, the model, and what is prepared of both.
+//! State that the clones of a solver share: the scene, the model, and what is prepared of both.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -9,48 +9,44 @@ use crate::model::Model;
 use crate::query::prepared::Prepared;
 use crate::scene::Scene;
 
-/// What the clones of a solver share.
 pub struct Shared {
-    /// The scene that is queried.
     pub scene: Arc<Scene>,
-    /// The model, if there is one.
     pub learned: Option<Learned>,
-    /// Memory of this scene and of those that were made from it.
+    /// Scratch memory, shared with the states that are made from this one.
     pub memory: Arc<Memory>,
-    /// The scene that this one was made from, whose prepared parts are shared. It is let go once
-    /// they are, or a long row of small changes would keep all.
+    /// State that this one was made from, whose prepared parts are reused. It is released
+    /// afterwards; otherwise a long row of small changes would keep all states.
     before: Mutex<Option<Arc<Shared>>>,
-    /// The checker, the metric, and what bounds stand on.
+    /// Checker, metric and the data that bounds need.
     prepared: OnceLock<Arc<Prepared>>,
     /// Set once the convex pieces around meshes are made too.
     pieces: OnceLock<()>,
 }
 
-/// A model, and where it is used.
+/// A model, and whether the scene is its own.
 #[derive(Clone)]
 pub struct Learned {
-    /// The model.
     pub model: Arc<Model>,
-    /// Whether it is used in the scene that it was learned in. Elsewhere its samples are starts
-    /// that may collide.
+    /// Whether the scene is the one that the model was learned in. In another one its samples are
+    /// starts that may collide.
     pub is_at_home: bool,
 }
 
 impl Shared {
-    /// A scene, which shares what is prepared of the one before.
+    /// Makes the state of a scene, which reuses what is prepared in `before`.
     pub fn new(scene: Arc<Scene>, learned: Option<Learned>, before: Option<Arc<Self>>) -> Self {
         let memory = before.as_ref().map(|before| Arc::clone(&before.memory)).unwrap_or_default();
         let (prepared, pieces) = (OnceLock::new(), OnceLock::new());
         Self { scene, learned, memory, before: Mutex::new(before), prepared, pieces }
     }
 
-    /// The model in its own scene.
+    /// Makes the state of a model in its own scene.
     pub fn at_home(model: Arc<Model>) -> Self {
         let scene = Arc::clone(model.prepared().scene());
         Self::new(scene, Some(Learned { model, is_at_home: true }), None)
     }
 
-    /// A model in this scene or another one.
+    /// Makes the state of a model in `scene`, which may be its own.
     ///
     /// # Errors
     /// Those of [`fits`].
@@ -63,8 +59,8 @@ impl Shared {
         Ok(Self::new(scene, Some(Learned { model, is_at_home: false }), self.passed_on()))
     }
 
-    /// Who the next scene shares prepared parts with: this one, or, if nothing was prepared, the
-    /// one before.
+    /// Returns the state whose prepared parts the next scene reuses: this one, or the one before if
+    /// nothing is prepared here.
     pub fn passed_on(self: &Arc<Self>) -> Option<Arc<Self>> {
         match (self.prepared.get(), &self.learned) {
             (Some(_), _) | (None, Some(Learned { is_at_home: true, .. })) => Some(Arc::clone(self)),
@@ -79,14 +75,14 @@ impl Shared {
         self.before.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What is prepared of this scene, or of the one that it shares with.
+    /// Returns what is prepared of this scene, of the one before, or of the model's own scene.
     fn available(&self) -> Option<Arc<Prepared>> {
         let own = self.prepared.get().cloned();
         own.or_else(|| self.before()?.available())
             .or_else(|| self.learned.as_ref().map(|learned| Arc::clone(learned.model.prepared())))
     }
 
-    /// The checker, the metric, and what bounds stand on; made by the first call.
+    /// Returns the checker, the metric and the data of bounds; the first call prepares them.
     pub fn prepared(&self) -> &Arc<Prepared> {
         if let Some(prepared) = self.prepared.get() {
             return prepared;
@@ -108,7 +104,8 @@ impl Shared {
         prepared
     }
 
-    /// As [`Shared::prepared`], and the convex pieces around meshes, which queries start from.
+    /// Does the same as [`Shared::prepared`], and prepares the convex pieces that queries start
+    /// from.
     pub fn ready(&self) -> &Arc<Prepared> {
         let prepared = self.prepared();
         self.pieces.get_or_init(|| match prepared.checker().lacks_pieces() {
@@ -118,12 +115,12 @@ impl Shared {
         prepared
     }
 
-    /// Whether [`Shared::prepared`] has nothing left to do.
+    /// Returns whether [`Shared::prepared`] has nothing left to do.
     pub fn has_checker(&self) -> bool {
         self.prepared.get().is_some()
     }
 
-    /// Whether [`Shared::ready`] has nothing left to do.
+    /// Returns whether [`Shared::ready`] has nothing left to do.
     pub fn is_ready(&self) -> bool {
         self.pieces.get().is_some()
     }

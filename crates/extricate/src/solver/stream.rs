@@ -1,4 +1,4 @@
-//! Queries that follow each other closely, as from a simulation or a haptic device.
+//! Streams of queries that follow each other closely, as from a simulation or a haptic device.
 
 use std::fmt;
 
@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 use crate::query::Answer;
 use crate::query::stream::{Follower, StreamOptions};
 
-/// Answers frames of one motion, each begun from the answer before. It has a memory: its answers
-/// depend on the frames before.
+/// Answers the frames of one motion, each search starting from the answer before. It has a memory:
+/// its answers depend on the frames before.
 ///
 /// ```
 /// use extricate::{Solver, StreamOptions, builtin};
@@ -33,17 +33,17 @@ impl Stream {
         Self { solver, follower }
     }
 
-    /// The answer for the next frame; `None` as of [`Solver::query`].
+    /// Answers the next frame; returns `None` as [`Solver::query`] does.
     ///
     /// # Guarantee
-    /// That of [`Solver::query`]. While the query stands still, every start of a refined query is
-    /// tried within as many frames as `starts_per_frame` goes into their number.
+    /// The guarantee of [`Solver::query`] holds. While the query stands still, all starts of a
+    /// refined query are tried within as many frames as their number divided by `starts_per_frame`.
     pub fn query(&mut self, q: &Config) -> Option<Answer> {
         self.follower.query(&self.solver.context(), q)
     }
 
-    /// As [`Stream::query`], of a frame in which the scene is that of another solver, such as one
-    /// by [`Solver::with_scene`]. The options stay those of the stream.
+    /// Answers a frame in the scene of another solver, such as one by [`Solver::with_scene`]. The
+    /// options stay those of the stream.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if that scene has other joints.
@@ -55,12 +55,12 @@ impl Stream {
         Ok(self.follower.query(&solver.context(), q))
     }
 
-    /// Forgets the frames so far: the next one is answered as a query on its own.
+    /// Forgets the frames so far, so that the next one is answered as a query on its own.
     pub fn restart(&mut self) {
         self.follower.restart();
     }
 
-    /// The solver that it was made by.
+    /// The solver that opened this stream.
     pub fn solver(&self) -> &Solver {
         &self.solver
     }

@@ -1,4 +1,4 @@
-//! Queries ask for no memory but what their answers hold, once that of their solver has grown.
+//! Queries allocate only what their answers hold, once the memory of their solver has grown.
 
 use allocation_counter::measure;
 use extricate::{Answer, Config, Effort, MetricKind, QueryOptions, builtin};
@@ -7,9 +7,9 @@ use crate::baselines::ALLOCATION_WARM_UP_PASSES;
 use crate::memory::learned;
 use crate::query::colliding;
 
-/// How often memory is asked for to hold an answer with one exit: once a list, and once more
-/// whenever the colliding pairs, whose number is not known before, outgrow what there is: four of
-/// them, then twice as many each time.
+/// Returns the allocations that an answer with one exit needs, one for each list. The list of
+/// colliding pairs has place for four pairs first, and doubles it with one more allocation each
+/// time.
 fn needed(answer: &Answer) -> u64 {
     let Answer { witness, gradient, touching, contacts, .. } = answer;
     let lists = [witness.is_empty(), gradient.is_empty(), touching.is_empty(), contacts.is_empty()];
@@ -35,7 +35,7 @@ fn queries_allocate_nothing_but_their_answers() {
                 let asked_for = measure(|| answer = Some(solver.query(q).unwrap())).count_total;
                 asked_for.saturating_sub(answer.as_ref().map_or(0, needed))
             };
-            // Until none asks for more: buffers change places, and each has to grow once.
+            // Passes repeat since buffers change places, and each has to grow once.
             let passes = (0..ALLOCATION_WARM_UP_PASSES).map(|_| queries.iter().map(excess).sum());
             let passes: Vec<u64> = passes.take_while(|pass| *pass > 0).collect();
             let has_grown = passes.len() < ALLOCATION_WARM_UP_PASSES;

@@ -1,5 +1,5 @@
-//! Depths in closed form: the answer must be within 1e-3 of the exact value (of more than 1, within
-//! that share: so far last descents along raw meshes go), and the proved bound below it.
+//! Depths in closed form. Answers err by at most 1e-3, or that share of depths above 1 (the
+//! precision of last descents along raw meshes). The proved bound is below them.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -11,8 +11,8 @@ use crate::memory::{chain, collision, learned, scene};
 
 pub const CLEARANCE: f64 = 1e-4;
 
-/// Queries `count` low-discrepancy configurations and compares with `exact`, which is 0 where the
-/// configuration is free.
+/// Queries `count` low-discrepancy configurations and compares with `exact`, which is 0 for free
+/// ones.
 pub fn compare(model: &Solver, count: u64, exact: impl Fn(&[f64]) -> f64) {
     let space = model.scene().space();
     let halton = Halton::new(space.nv(), 99);
@@ -66,7 +66,7 @@ fn disc_in_an_annulus() {
     });
 }
 
-/// A closed ring along z: rectangle in cross-section, apothem `inner`.
+/// Writes a closed ring along z with a rectangular cross-section and apothem `inner`.
 pub fn ring(inner: f64, outer: f64, half_height: f64, sides: usize) -> String {
     let mut text = String::new();
     let stretch = 1.0 / (PI / sides as f64).cos();
@@ -92,7 +92,7 @@ pub fn ring(inner: f64, outer: f64, half_height: f64, sides: usize) -> String {
 
 const RADIUS: f64 = 0.05;
 
-/// A capsule from the joint along x.
+/// Writes a capsule from the joint along x.
 fn arm_link(length: f64) -> String {
     collision(
         [length / 2.0, 0.0, 0.0],
@@ -101,11 +101,11 @@ fn arm_link(length: f64) -> String {
     )
 }
 
-/// The half-plane `x >= 0.5`, as a block that no arm here reaches around.
+/// A scene with the half-plane `x >= 0.5`, as a block that no arm here reaches around.
 const WALL: &str = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"wall\"\nshape = { box = [4, 20, 4] }\n\
                     pose = { xyz = [2.5, 0, 0] }\n";
 
-/// What the end of a link may reach in x.
+/// Largest x that the end of a link may reach \[m\].
 const REACH: f64 = 0.5 - RADIUS - CLEARANCE;
 
 #[test]

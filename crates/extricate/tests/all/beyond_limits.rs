@@ -9,8 +9,8 @@ use extricate::{Answer, CheckScratch, Effort, Label, Manifold, MetricKind, Query
 use crate::baselines::BEYOND_LIMITS_MISSED_SHARE;
 use crate::memory::learned;
 
-/// A ball of 0.1 on three slides of one metre both ways, before a block whose face stands at x =
-/// 0.9.
+/// Makes a ball of radius 0.1 m on three slides of one metre both ways, before a block's face at `x
+/// = 0.9`.
 fn ball() -> Scene {
     let slide = |name: &str, parent: &str, child: &str, axis: &str| {
         format!(
@@ -52,7 +52,7 @@ fn the_nearest_exit_is_measured_from_where_the_query_is() {
     }
 }
 
-/// Beyond the limits of one to three coordinates by 1e-9 to 0.3.
+/// Returns a configuration that exceeds the limits of one to three coordinates by 1e-9 to 0.3.
 fn beyond(world: &Solver, index: u64) -> Vec<f64> {
     let space = world.scene().space();
     let (halton, mut q) = (Halton::new(space.nv(), 9), vec![0.0; space.nq()]);

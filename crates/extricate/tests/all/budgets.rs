@@ -1,5 +1,5 @@
-//! Limits of learning: labels are never exceeded, and whatever ends it early, what is kept is
-//! usable and told as it is.
+//! Limits of learning: labels are never exceeded. Whatever ends it early, the result is usable and
+//! reports how it ended.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn labels_are_a_limit_that_holds() {
     }
 }
 
-/// A slide between two walls that lets only one of them be left at a time.
+/// A slide can clear only one of two walls at a time.
 #[test]
 fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
     let urdf = r#"<robot name="r"><link name="rail"/><link name="slide"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -60,7 +60,7 @@ fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
     };
     let walls = format!("[[robot]]\nurdf = \"r.urdf\"\n{}{}", wall("left", -1.0), wall("right", 0.5));
     let options = labels_alone(3000, 0);
-    // Without and with a third one, which cannot be left at all.
+    // The second case adds a third obstacle, which the slide cannot clear at all.
     let around = "[[obstacle]]\nname = \"around\"\nshape = { box = [4, 1, 1] }\n";
     let told = [
         "no single pair is to blame",
@@ -74,14 +74,14 @@ fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
             at.split(" %").next().unwrap().parse().expect(&error)
         };
         assert!(error.contains(told), "{error}");
-        // From -0.6 on the right one, and up to 0.1 the left one.
+        // The slide hits the right wall from -0.6 on, and the left one up to 0.1.
         assert!((78..=82).contains(&share("right")) && (53..=57).contains(&share("left")), "{error}");
     }
 }
 
 #[test]
 fn little_time_and_boundless_labels_still_find_the_boundary() {
-    // The last is enough for every stage.
+    // The last of these times is enough for every stage.
     for seconds in [1e-9, 0.2, 1.0] {
         let model = learned(usize::MAX, Some(seconds), usize::MAX).unwrap();
         let found = model.statistics();

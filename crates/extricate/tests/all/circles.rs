@@ -1,7 +1,7 @@
-//! No files use each other in a circle, so that each can be read before the next.
+//! Checks that no files use each other in a circle, so that each can be read before the next.
 //!
-//! A file uses another where a `use` or a path in its code names something of that file's module.
-//! What a facade exports anew (`pub use`) does not count, nor do tests.
+//! A file uses another if a `use` or a path in its code names an item of that file's module.
+//! Re-exports of a facade (`pub use`) do not count, nor do tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ fn no_files_use_each_other_in_a_circle() {
     assert!(circles.is_empty(), "{} circles:\n{}", circles.len(), listed.join("\n"));
 }
 
-/// Every module of a folder, but tests and the crate's root.
+/// Collects every module of a folder, except tests and the crate's root.
 fn collect(folder: &Path, module: &mut Module, modules: &mut BTreeMap<Module, PathBuf>) {
     for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
@@ -57,7 +57,7 @@ fn uses_of(module: &Module, path: &Path, modules: &BTreeMap<Module, PathBuf>) ->
 }
 
 impl Uses<'_> {
-    /// The module that a path leads to: the longest beginning that is one.
+    /// Notes the module that a path leads to: the longest prefix that is a module.
     fn note(&mut self, segments: &[String]) {
         let mut at: Module = match segments.first().map(String::as_str) {
             Some("crate") => Vec::new(),
@@ -129,7 +129,7 @@ impl<'ast> Visit<'ast> for Uses<'_> {
     }
 }
 
-/// Sets of modules of which each is reached from each other one.
+/// Returns sets of modules in which each reaches every other one.
 fn circles(uses: &BTreeMap<&Module, BTreeSet<Module>>) -> Vec<BTreeSet<Module>> {
     let reached = |from: &Module| {
         let (mut seen, mut stack) = (BTreeSet::new(), vec![from.clone()]);

@@ -1,5 +1,5 @@
-//! What answers of every effort and mode say: how far anything moves, that depths are distances,
-//! and what is made before the first of them.
+//! Claims of answers of every effort and mode: how far anything moves, that depths are distances,
+//! and what is prepared before the first answer.
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::metric::{Anchor, MetricScratch};
@@ -9,8 +9,8 @@ use extricate::{
 
 use crate::baselines::{DEPTH_JUMPS_SHARE, MOVED_ANSWERS};
 
-/// Drawn motions: configurations from one random one toward another, each `step` (metric units)
-/// after the last.
+/// Returns a drawn motion: configurations from one random one toward another, each `step` (metric
+/// units) after the last.
 fn motion(world: &Solver, seed: u64, step: f64, frames: usize) -> Vec<Config> {
     let (space, metric) = (world.scene().space(), world.metric());
     let (halton, mut ends) = (Halton::new(space.nv(), seed), [(); 2].map(|()| vec![0.0; space.nq()]));
@@ -23,7 +23,7 @@ fn motion(world: &Solver, seed: u64, step: f64, frames: usize) -> Vec<Config> {
     frames.collect()
 }
 
-/// Whatever a search looked at last: the displacement that is told is that of the witness.
+/// The reported displacement is that of the witness, whatever the search evaluated last.
 #[test]
 fn displacements_are_those_of_the_witness() {
     let mut moved = 0;
@@ -62,19 +62,19 @@ fn displacements_are_those_of_the_witness() {
     assert!(moved > MOVED_ANSWERS, "{moved}");
 }
 
-/// A depth is a distance to a set: between two configurations it changes by no more than they are
-/// apart. Where it does, the nearer exit was missed at one of them. `EXTRICATE_FRAMES` asks for
-/// more frames of each scene.
+/// A depth is a distance to a set: between two configurations it changes by no more than their
+/// distance. If it changes by more, one of them missed the nearer exit. `EXTRICATE_FRAMES` sets the
+/// number of frames of each scene.
 #[test]
 fn depths_change_no_faster_than_configurations() {
     let count = std::env::var("EXTRICATE_FRAMES").map_or(300, |text| text.parse().expect("a number of frames"));
-    const STEP: f64 = 4e-3;
+    const STEP_LENGTH: f64 = 4e-3;
     let (mut missed, mut all) = (0, 0);
     for name in builtin::NAMES {
         let world = Solver::new(builtin::scene(name).unwrap());
         let (mut own, mut most) = (0, 0.0_f64);
         for seed in 0..(count as u64).div_ceil(100) {
-            let frames = motion(&world, seed, STEP, 100);
+            let frames = motion(&world, seed, STEP_LENGTH, 100);
             let depths: Vec<f64> = frames.iter().map(|q| world.query(q).unwrap().depth).collect();
             for (pair, depths) in frames.windows(2).zip(depths.windows(2)) {
                 let beyond = (depths[0] - depths[1]).abs() - world.metric().distance(&pair[0], &pair[1]);
@@ -91,7 +91,7 @@ fn depths_change_no_faster_than_configurations() {
     assert!(missed as f64 <= most, "{missed} of {all} frames jump, expected at most {most}");
 }
 
-/// A solver prepares all that queries need of meshes; labels alone need nothing of it.
+/// A solver prepares all that queries need of meshes, and labels alone need none of it.
 #[test]
 fn the_first_query_finds_its_meshes_prepared() {
     let scene = crate::repeatable::gripper();

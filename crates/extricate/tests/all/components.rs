@@ -1,6 +1,6 @@
 //! Small isolated components of the colliding configurations, as self-collision makes them: how
-//! many of them learning finds, beside uniform sampling with as many labels. `cargo test -p
-//! extricate --test all components -- --nocapture` prints both.
+//! many learning finds, compared with uniform sampling of as many labels. `cargo test -p extricate
+//! --test all components -- --nocapture` prints both.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -16,26 +16,26 @@ use crate::baselines::{
 };
 use crate::memory::{learn, scene};
 
-/// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart: spoke `i` of one and `j` of
-/// the other touch only where both point at each other, in a component of its own; the shorter, the
-/// smaller.
-const SPOKES: [[f64; 5]; 2] = [[1.0, 1.004, 1.008, 1.012, 1.016], [0.996, 1.002, 1.008, 1.014, 1.02]];
-const RADIUS: f64 = 0.012;
-/// Directions within which two spokes can meet \[rad\]; their neighbours are 1.26 rad away.
-const WINDOW: f64 = 0.5;
+/// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart. Spoke `i` of one and `j` of
+/// the other touch only if both point at each other, in a component of their own; shorter spokes
+/// make it smaller.
+const SPOKE_LENGTHS_M: [[f64; 5]; 2] = [[1.0, 1.004, 1.008, 1.012, 1.016], [0.996, 1.002, 1.008, 1.014, 1.02]];
+const SPOKE_RADIUS_M: f64 = 0.012;
+/// Angle within which two spokes can meet \[rad\]; their neighbours are 1.26 rad away.
+const MEETING_ANGLE_RAD: f64 = 0.5;
 
-/// The hubs are on carts that slide up to `slide` \[m\] across the line between them, where that is
-/// above 0: four degrees of freedom, and the components smaller still.
+/// Makes the scene of the wheels. If `slide` \[m\] is above 0, the hubs are on carts that slide so
+/// far across the line between them: four degrees of freedom, and even smaller components.
 fn wheels(slide: f64) -> Scene {
     let mut urdf = String::from("<robot name=\"wheels\"><link name=\"base\"/>");
-    for (wheel, lengths) in SPOKES.iter().enumerate() {
+    for (wheel, lengths) in SPOKE_LENGTHS_M.iter().enumerate() {
         let _ = write!(urdf, "<link name=\"wheel{wheel}\">");
         for (i, length) in lengths.iter().enumerate() {
             let (sin, cos) = (TAU * i as f64 / 5.0).sin_cos();
-            // From a tenth of its length on, so that spokes of one wheel are apart at the hub.
+            // Spokes begin at a tenth of their length, and so stay apart at the hub.
             let _ = write!(
                 urdf,
-                "<collision><origin xyz=\"{} {} 0\" rpy=\"0 {} {}\"/><geometry><capsule radius=\"{RADIUS}\" length=\"{}\"/>\
+                "<collision><origin xyz=\"{} {} 0\" rpy=\"0 {} {}\"/><geometry><capsule radius=\"{SPOKE_RADIUS_M}\" length=\"{}\"/>\
                  </geometry></collision>",
                 0.55 * length * cos,
                 0.55 * length * sin,
@@ -66,10 +66,10 @@ fn wheels(slide: f64) -> Scene {
     scene("[[robot]]\nurdf = \"wheels.urdf\"\n", &[("wheels.urdf", urdf + "</robot>")])
 }
 
-/// Which component `q` is in or beside, if any: the spokes that point at the other hub.
+/// Returns the component that `q` is in or beside, if any: the spokes that point at the other hub.
 fn component(q: &[f64]) -> Option<usize> {
     let pointing = |angle: f64, target: f64| {
-        (0..5).find(|i| ((angle + TAU * *i as f64 / 5.0 - target + PI).rem_euclid(TAU) - PI).abs() < WINDOW)
+        (0..5).find(|i| ((angle + TAU * *i as f64 / 5.0 - target + PI).rem_euclid(TAU) - PI).abs() < MEETING_ANGLE_RAD)
     };
     // The joints of one wheel follow those of the other.
     let (first, second) = (q[q.len() / 2 - 1], q[q.len() - 1]);
@@ -82,14 +82,13 @@ fn count(found: impl Iterator<Item = usize>) -> usize {
     seen.iter().filter(|seen| **seen).count()
 }
 
-/// Components beside which the model has a verified boundary sample; free configurations that stand
-/// in for one do not count.
+/// Counts the components beside which the model has a verified boundary sample, without stand-ins.
 fn found_by_learning(model: &Model) -> usize {
     let samples = model.boundary().configs().chunks_exact(model.scene().space().nq());
     count(samples.skip(model.statistics().stand_ins).filter_map(component))
 }
 
-/// Components that at least one of `labels` uniform configurations lies in.
+/// Counts the components that contain at least one of `labels` uniform configurations.
 fn found_by_chance(scene: &Scene, checker: &Checker, labels: usize, seed: u64) -> usize {
     let (mut rng, mut q, mut scratch) =
         (ChaCha8Rng::seed_from_u64(seed), vec![0.0; scene.space().nq()], Default::default());

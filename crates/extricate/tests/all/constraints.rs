@@ -1,4 +1,4 @@
-//! Queries with a clearance of their own, with joints that stay, and toward a goal.
+//! Queries with a clearance of their own, with locked joints, and toward a goal.
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::{
@@ -14,7 +14,6 @@ use crate::baselines::{
 use crate::memory;
 use crate::query::ask;
 
-/// The first `count` configurations of a low-discrepancy sequence that collide.
 fn colliding(world: &Solver, count: usize) -> Vec<Config> {
     let (space, mut scratch) = (world.scene().space(), CheckScratch::default());
     let (halton, mut q) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()]);
@@ -61,7 +60,7 @@ fn a_clearance_of_a_query_is_that_of_a_scene() {
 #[test]
 fn a_clearance_that_nothing_keeps_is_given_up() {
     let world = Solver::new(builtin::scene("shelf-arm").unwrap());
-    // Wider than links that are side by side: nothing at all is that free.
+    // This is wider than links that are side by side, so no configuration keeps it.
     let options = QueryOptions::default().clearance(5.0);
     for q in colliding(&world, 3) {
         let answer = ask(&world, &q, &options);
@@ -70,7 +69,7 @@ fn a_clearance_that_nothing_keeps_is_given_up() {
     }
 }
 
-/// The nearest free configuration on a grid over the joints that are not locked.
+/// Returns the distance of the nearest free configuration on a grid over unlocked joints.
 fn on_a_grid(world: &Solver, q: &Config, locked: &[usize]) -> f64 {
     let (space, cells) = (world.scene().space(), 300);
     let free: Vec<usize> = (0..3).filter(|joint| !locked.contains(joint)).collect();
@@ -171,7 +170,7 @@ fn nothing_touches_within_the_free_radius() {
         ("free-box", MetricKind::ObjectNorm),
     ] {
         let world = Solver::new(builtin::scene(name).unwrap().with_metric(metric));
-        // Touching alone: without clearance.
+        // Only touching counts here, without clearance.
         let judge = Solver::new(world.scene().with_clearance(0.0).unwrap());
         let space = world.scene().space();
         let mut check = CheckScratch::default();
@@ -190,7 +189,7 @@ fn nothing_touches_within_the_free_radius() {
                     space.interpolate(&answer.witness, &far, share.min(1.0), &mut config);
                     (world.metric().distance(&answer.witness, &config), judge.checker().label(&config, &mut check))
                 };
-                // Along a geodesic of the joints distances by bodies are not proportional.
+                // Distances by bodies are not proportional along a geodesic of the joints.
                 let mut share = 0.999 * radius / reached;
                 let (distance, label) = loop {
                     let (distance, label) = at(share);
@@ -218,7 +217,7 @@ fn weights_change_what_is_nearest() {
     for q in colliding(&world, 60) {
         let plain = world.query(&q).unwrap();
         let heavy = weighted.query(&q).unwrap();
-        // What was nearest is an exit still, at another distance.
+        // The exit that was nearest is still an exit, at another distance.
         let most = weighted.metric().distance(&q, &plain.witness) * WEIGHTED_DEPTH_RATIO;
         assert!(heavy.verified && heavy.depth <= most);
         let turn = |answer: &Answer| (answer.witness[0] - q[0]).abs();

@@ -7,10 +7,10 @@ use extricate::{Effort, QueryOptions, Solver};
 
 use crate::query::ask;
 
-/// A ball of this radius slides along x, y and z \[m\].
-const RADIUS: f64 = 0.05;
+/// Radius of the ball that slides along x, y and z \[m\].
+const BALL_RADIUS_M: f64 = 0.05;
 
-/// The ball among one mesh, given as an OBJ.
+/// Makes the scene of the ball among one mesh, given as an OBJ.
 fn world(mesh: &str) -> Solver {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -20,7 +20,7 @@ fn world(mesh: &str) -> Solver {
              <limit lower='-5' upper='5' effort='1' velocity='1'/></joint>"
         )
     };
-    let ball = format!("<collision><geometry><sphere radius='{RADIUS}'/></geometry></collision>");
+    let ball = format!("<collision><geometry><sphere radius='{BALL_RADIUS_M}'/></geometry></collision>");
     let joints = slide("x", "w", "a", "1 0 0") + &slide("y", "a", "b", "0 1 0") + &slide("z", "b", "ball", "0 0 1");
     let links = format!("<link name='w'/><link name='a'/><link name='b'/><link name='ball'>{ball}</link>");
     write("r.urdf", &format!("<robot name='r'>{links}{joints}</robot>"));
@@ -29,7 +29,7 @@ fn world(mesh: &str) -> Solver {
     Solver::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
 }
 
-/// Boxes by their corners, which may overlap, in one file.
+/// Writes boxes, given by their ends along the axes, into one OBJ; they may overlap.
 fn boxes(all: &[[[f64; 2]; 3]]) -> String {
     let mut text = String::new();
     for ends in all {
@@ -44,7 +44,7 @@ fn boxes(all: &[[[f64; 2]; 3]]) -> String {
     text
 }
 
-/// Two sheets and a floor between them, of no thickness.
+/// An OBJ of two sheets and a floor between them, of no thickness.
 const CHANNEL: &str = "v 0 -2 -1\nv 0 2 -1\nv 0 2 1\nv 0 -2 1\nv 1.5 -2 -1\nv 1.5 2 -1\nv 1.5 2 1\nv 1.5 -2 1\n\
                        f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\n";
 
@@ -68,8 +68,8 @@ fn a_ball_in_a_shelf_goes_back_into_its_cell() {
     for (column, row) in [(0, 0), (1, 1), (2, 1), (1, 2)] {
         let middle = |k: usize| (k as f64 + 0.5) / 3.0;
         for overlap in [0.005, 0.02] {
-            // Into the wall at the right, of which the cell ends a centimetre before.
-            let x = (column + 1) as f64 / 3.0 - 0.01 - RADIUS + overlap;
+            // Moves into the wall on the right, whose face is a centimetre before its middle plane.
+            let x = (column + 1) as f64 / 3.0 - 0.01 - BALL_RADIUS_M + overlap;
             assert_depth(&world, [x, 0.2, middle(row)], overlap + 1e-4, "shelf");
         }
     }
@@ -79,7 +79,7 @@ fn a_ball_in_a_shelf_goes_back_into_its_cell() {
 fn a_ball_in_a_channel_of_sheets_goes_back_into_it() {
     let world = world(CHANNEL);
     for inside in [0.045, 0.02, 0.01] {
-        assert_depth(&world, [inside, 0.3, 0.2], RADIUS - inside + 1e-4, "channel");
-        assert_depth(&world, [1.5 - inside, 0.3, 0.2], RADIUS - inside + 1e-4, "channel");
+        assert_depth(&world, [inside, 0.3, 0.2], BALL_RADIUS_M - inside + 1e-4, "channel");
+        assert_depth(&world, [1.5 - inside, 0.3, 0.2], BALL_RADIUS_M - inside + 1e-4, "channel");
     }
 }

@@ -1,4 +1,4 @@
-//! Files that ask for more than robots do: each kind is refused in time, or read in time.
+//! Files that demand more than robots do: each kind is refused in time, or read in time.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -28,7 +28,6 @@ fn joint(name: &str, parent: &str, child: &str, more: &str) -> String {
 
 const BALL: &str = "<sphere radius='0.1'/>";
 
-/// A chain of links `l0`, `l1` and so on.
 fn chain(count: usize, mimic: bool) -> String {
     let follows = |k: usize| if mimic && k > 0 { format!("<mimic joint='j{}'/>", k - 1) } else { String::new() };
     let links: String = (0..count).map(|k| link(&format!("l{k}"), if mimic && k > 1 { "" } else { BALL })).collect();
@@ -145,7 +144,7 @@ fn time_does_not_grow_with_the_square_of_a_robot() {
 
 #[test]
 fn time_does_not_grow_with_the_square_of_a_mesh() {
-    // All but three corners within a cell of the tolerance that corners are welded by.
+    // All but three corners lie within one cell of the welding tolerance.
     let corner = |k: usize| [k % 40, k / 40 % 40, k / 1600].map(|x| 1e-8 * x as f64);
     let crowd: String = (0..48_000).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
     let faces: String = (4..40_000).step_by(3).map(|k| format!("f {k} {} {}\n", k + 1, k + 41)).collect();
@@ -183,8 +182,8 @@ fn time_does_not_grow_with_the_square_of_a_mesh() {
     assert!(refused.contains("`placed="), "{refused}");
 }
 
-/// Corners and triangles that lie anywhere: nothing near in a file is near in space, and everything
-/// overlaps.
+/// Corners and triangles lie anywhere: what is near in the file is far apart in space, and
+/// everything overlaps.
 #[test]
 fn time_does_not_grow_with_the_disorder_of_a_mesh() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);

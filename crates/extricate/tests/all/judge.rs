@@ -1,6 +1,5 @@
-//! What an answer claims, each claim judged by itself: by another library's distances, by a checker
-//! that has seen nothing else, and by the metric. The answers of the query are the only thing that
-//! is taken from it.
+//! Judges each claim of an answer by itself: by another library's distances, by a checker that has
+//! seen nothing else, and by the metric. It takes nothing from the query but its answers.
 
 use std::sync::Arc;
 
@@ -17,30 +16,31 @@ use extricate::{
 
 use crate::recheck::{Recheck, SLACK};
 
-/// Checks beyond a budget that end a query, beside those of exits and of the segment.
-const TO_END: usize = 3;
-/// A collision that the segment tells may be one that only nearly is: so much farther than the
-/// clearance \[m\]; ten times the resolution of segments.
-const NEARLY: f64 = 1e-3;
-/// Contacts end where their search does, which on round shapes is not at the nearest points \[m\].
-const CONTACT_SLACK: f64 = 1e-5;
-/// Steps of difference quotients, in depths. At least as long as that which gradients of the
-/// largest displacement are a mean over \[rad or m\].
-const STEP: (f64, f64) = (3e-4, 2e-5);
-/// What slopes over such steps may differ by from the gradient, relative to one or the slope.
+/// Checks beyond a budget that end a query, apart from those of exits and of the segment.
+const ENDING_CHECKS: usize = 3;
+/// Excess over the clearance \[m\] at which a collision of the segment still counts: ten times the
+/// resolution of segments.
+const SEGMENT_SLACK_M: f64 = 1e-3;
+/// Slack of contacts \[m\]: their search ends beside the nearest points of round shapes.
+const CONTACT_SLACK_M: f64 = 1e-5;
+/// Step of difference quotients, as a share of the depth.
+const STEP_SHARE: f64 = 3e-4;
+/// Least step \[rad or m\], over which gradients of the largest displacement are a mean.
+const MIN_STEP: f64 = 2e-5;
+/// Slack of the gradient against slopes over such steps, relative to one or the slope.
 const SLOPE_SLACK: f64 = 2e-3;
 
-/// What answers about one scene are judged by.
+/// Reference data that answers about one scene are judged by.
 pub struct Judge<'a> {
     scene: &'a Scene,
     metric: Metric,
     recheck: Recheck<'a>,
     checker: Checker,
-    /// Whether the answers are about another scene than the one that was learned.
+    /// Whether another scene than this one was learned.
     changed: bool,
 }
 
-/// Judges one answer after the other, with memory of its own.
+/// Judges answers one after the other, with memory of its own.
 pub struct Hearing<'a> {
     judge: &'a Judge<'a>,
     check: CheckScratch,
@@ -48,7 +48,7 @@ pub struct Hearing<'a> {
 }
 
 impl<'a> Judge<'a> {
-    /// Of answers about `scene`; `changed` where another one was learned.
+    /// Makes a judge of answers about `scene`; `changed` says that another scene was learned.
     pub fn new(scene: &'a Scene, changed: bool) -> Self {
         let shared = Arc::new(scene.clone());
         Self {
@@ -60,19 +60,19 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// To judge with, on one thread.
+    /// Makes a hearing, for use on one thread.
     pub fn hearing(&'a self) -> Hearing<'a> {
         Hearing { judge: self, check: CheckScratch::default(), faults: Vec::new() }
     }
 }
 
 impl Hearing<'_> {
-    /// Whether the checker of the judge calls `q` free.
+    /// Returns whether the checker of the judge calls `q` free.
     pub fn is_free(&mut self, q: &[f64]) -> bool {
         self.judge.checker.label(q, &mut self.check) == Label::Free
     }
 
-    /// What is wrong with `answer` to `q`, asked with `options`; `streamed` where it was a frame.
+    /// Returns the faults of `answer` to `q` under `options`, which is a frame if `streamed`.
     pub fn faults(&mut self, q: &Config, options: &QueryOptions, answer: &Answer, streamed: bool) -> Vec<String> {
         self.expect("the effort is another", answer.effort == options.effort);
         self.expect("free or not, two parts disagree", (answer.depth == 0.0) == answer.colliding.is_empty());
@@ -89,9 +89,9 @@ impl Hearing<'_> {
                 answer.segment.is_some() == options.segment,
             );
             answer.segment.iter().for_each(|segment| self.segment(q, segment, answer));
-            // In a changed scene the search for a first witness overdraws it.
+            // In a changed scene the search for a first witness overdraws the budget.
             let most = options.termination.max_checks.filter(|_| !self.judge.changed);
-            let to_end = TO_END + answer.exits.len() + usize::from(options.segment);
+            let to_end = ENDING_CHECKS + answer.exits.len() + usize::from(options.segment);
             let most = most.map_or(usize::MAX, |checks| checks.max(1) + to_end);
             self.expect("the budget is overdrawn", answer.checks <= most);
         }
@@ -121,8 +121,8 @@ impl Hearing<'_> {
         self.expect("free, but more is told than that", is_plain);
     }
 
-    /// The pairs that collide at the query: those that are told do, and no others where all are
-    /// told.
+    /// Judges the colliding pairs: those that are reported collide, and no others do if all are
+    /// reported.
     fn colliding(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
         let collides = !self.is_free(q);
         self.expect("called colliding, but is free", collides);
@@ -141,7 +141,7 @@ impl Hearing<'_> {
         }
     }
 
-    /// Where the witness is, and what touches there.
+    /// Judges where the witness is, and what touches there.
     fn witness(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
         self.free_at_depth("the witness", q, answer.depth, &answer.witness);
         self.expect("the lower bound is above the depth", (0.0..=answer.depth).contains(&answer.lower_bound));
@@ -154,13 +154,13 @@ impl Hearing<'_> {
         let mut pairs: Vec<PairId> = answer.contacts.iter().map(|contact| contact.pair).collect();
         pairs.dedup();
         self.expect("contacts and touching pairs disagree", pairs == answer.touching);
-        let far = self.judge.scene.clearance() + TOUCHING + 2.0 * CONTACT_SLACK;
+        let far = self.judge.scene.clearance() + TOUCHING + 2.0 * CONTACT_SLACK_M;
         let distances = self.judge.recheck.distances(&answer.witness, far);
         for (pair, distance) in distances.iter().enumerate() {
             let nearest =
                 answer.contacts.iter().filter(|contact| contact.pair.index() == pair).map(|contact| contact.distance);
             let nearest = nearest.fold(f64::INFINITY, f64::min);
-            let is_it = nearest == f64::INFINITY || (nearest - distance).abs() <= CONTACT_SLACK;
+            let is_it = nearest == f64::INFINITY || (nearest - distance).abs() <= CONTACT_SLACK_M;
             self.expect("the nearest contact is not at the distance of its pair", is_it);
         }
         for contact in &answer.contacts {
@@ -170,7 +170,7 @@ impl Hearing<'_> {
         }
     }
 
-    /// A configuration that is said to be free, at a distance from the query.
+    /// Judges a configuration that is said to be free at this distance from the query.
     fn free_at_depth(&mut self, whose: &str, q: &Config, depth: f64, witness: &[f64]) {
         let agrees = self.judge.recheck.agrees_free(witness) && self.is_free(witness);
         self.expect(&format!("{whose} collides"), agrees);
@@ -181,21 +181,21 @@ impl Hearing<'_> {
         self.expect(&format!("{whose} is not at the depth"), (distance - depth).abs() <= 1e-9 + 1e-6 * distance);
     }
 
-    /// The pairs that are told to touch do, and no others.
+    /// Judges the touching pairs: those that are reported touch, and no others do.
     fn touching(&mut self, whose: &str, witness: &[f64], told: &[PairId]) {
         self.expect("touching pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
         let margin = self.judge.scene.clearance() + TOUCHING;
         for (pair, distance) in
-            self.judge.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate()
+            self.judge.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK_M).into_iter().enumerate()
         {
-            let (touches, parted) = (distance <= margin - CONTACT_SLACK, distance >= margin + CONTACT_SLACK);
+            let (touches, parted) = (distance <= margin - CONTACT_SLACK_M, distance >= margin + CONTACT_SLACK_M);
             let holds = if told.contains(&PairId::new(pair)) { !parted } else { !touches };
             self.expect(&format!("at {whose} a pair touches that is not told, or the other way round"), holds);
         }
     }
 
-    /// The slope along each coordinate lies between those of short steps to both sides; under the
-    /// metric of the joints the steepest is 1.
+    /// Judges the gradient: the slope along each coordinate lies between those of short steps to
+    /// both sides. Under the joint metric the steepest slope is 1.
     fn gradient(&mut self, q: &Config, answer: &Answer) {
         let space = self.judge.scene.space();
         self.expect("the gradient is of another length than tangents", answer.gradient.len() == space.nv());
@@ -207,7 +207,7 @@ impl Hearing<'_> {
         {
             return;
         }
-        let h = f64::max(STEP.0 * answer.depth, STEP.1);
+        let h = f64::max(STEP_SHARE * answer.depth, MIN_STEP);
         let (mut step, mut moved, mut steepest) = (vec![0.0; space.nv()], vec![0.0; space.nq()], 0.0);
         let mut off = false;
         for factor in space.factors() {
@@ -226,7 +226,7 @@ impl Hearing<'_> {
                 });
                 let [least, most] = [f64::min, f64::max].map(|of| of(slopes[0], slopes[1]));
                 let slack = SLOPE_SLACK * (1.0 + most.abs());
-                // A depth that is no longer than a few steps bends over them.
+                // A depth no longer than a few steps bends over them, so it is left out.
                 off |= h < 1e-2 * answer.depth && !(least - slack..=most + slack).contains(&answer.gradient[k]);
             }
         }
@@ -235,8 +235,8 @@ impl Hearing<'_> {
         self.expect("the gradient is not of unit length", is_unit);
     }
 
-    /// The largest displacement lies between that of points of the bodies and that of points around
-    /// them.
+    /// Judges the largest displacement: it lies between that of points of the bodies and that of
+    /// points around them.
     fn displacement(&mut self, q: &Config, answer: &Answer) {
         let (mut from, mut to) = (Vec::new(), Vec::new());
         forward(self.judge.scene, q, &mut from);
@@ -253,7 +253,7 @@ impl Hearing<'_> {
                     points.iter().map(moved).fold(0.0, f64::max)
                 };
                 least = f64::max(least, far(&inside));
-                // A displacement is convex in the point, so that of a hull's corners bounds it.
+                // A displacement is convex in the point, so the corners of a hull bound it.
                 most = f64::max(most, far(&around));
             }
         }
@@ -277,8 +277,8 @@ impl Hearing<'_> {
         for (i, exit) in exits.iter().enumerate() {
             self.free_at_depth("an exit", q, exit.depth, &exit.witness);
             self.touching("an exit", &exit.witness, &exit.touching);
-            // Distinct is told in the metric's tensor at the query, which bends away from the
-            // metric in between: much less than that.
+            // Exits are distinct by the metric's tensor at the query. The metric itself deviates
+            // from it on the way, but by much less than this.
             let apart = |other: &Exit| self.judge.metric.distance(&exit.witness, &other.witness) > 0.01 * other.depth;
             let are_apart = exits[..i].iter().all(apart);
             self.expect("two exits are one", are_apart);
@@ -287,7 +287,7 @@ impl Hearing<'_> {
         self.expect("unique, against what the exits say", answer.unique != rivals);
     }
 
-    /// The stretch that is proved free is, and where it was last seen to collide the two are near.
+    /// Judges that the stretch proved free is free, and that something is near its last collision.
     fn segment(&mut self, q: &Config, segment: &StraightSegment, answer: &Answer) {
         let StraightSegment { colliding_until, free_from, .. } = *segment;
         let in_order = 0.0 <= colliding_until && colliding_until <= free_from && free_from <= 1.0;
@@ -305,19 +305,19 @@ impl Hearing<'_> {
         if free_from < 1.0 {
             let proof =
                 self.judge.checker.segment(&answer.witness, &beginning, &SegmentOptions::default(), &mut self.check);
-            // Cut elsewhere, a proof may stop where two bodies come near; what it must not do is
-            // meet a collision.
+            // Cut elsewhere, a proof may stop where two bodies come near, but it must not meet a
+            // collision.
             let holds = !matches!(proof, SegmentOutcome::Contact { .. });
             self.expect(&format!("the segment is not free by another proof ({proof:?})"), holds);
         }
-        let margin = self.judge.scene.clearance() + NEARLY;
+        let margin = self.judge.scene.clearance() + SEGMENT_SLACK_M;
         let distances = self.judge.recheck.distances(&near, margin + SLACK);
         let meets = !self.is_free(&near) || distances.iter().any(|distance| *distance <= margin);
         self.expect("nothing is near where the segment was last seen to collide", meets);
     }
 }
 
-/// Points of a part, and points whose hull holds it, in its own coordinates \[m\].
+/// Returns points of a part, and points whose hull contains it, in its own coordinates \[m\].
 fn points(part: &Part) -> (Vec<Vec3>, Vec<Vec3>) {
     let corners = |h: Vec3| {
         let sign = |bit: usize| if bit == 0 { -1.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! How often the classifier of a learned model is right, on configurations that learning never saw.
+//! Accuracy of the classifier of a learned model on configurations that learning never saw.
 
 use crate::baselines::{HAND_ACCURACY_SHARE, SHELF_ARM_ACCURACY_SHARE, STATED_ACCURACY_DIFFERENCE_SHARE};
 use crate::memory::learned;
@@ -7,12 +7,12 @@ use extricate::internals::metric::MetricScratch;
 use extricate::internals::metric::relative::RelativePoses;
 use extricate::{Label, Solver, builtin};
 
-/// Shares of the free and of the colliding of `count` uniform configurations that are predicted
-/// right.
+/// Returns the shares of free and of colliding configurations, among `count` uniform ones, that are
+/// predicted right.
 fn accuracy(solver: &Solver, count: usize) -> [f64; 2] {
     let (scene, poses) = (solver.scene(), RelativePoses::new(solver.scene().clone()));
     let nq = scene.space().nq();
-    // None of the seeds of learning.
+    // This seed is none of those of learning.
     let halton = Halton::new(scene.space().nv(), 4321);
     let mut configs = vec![0.0; count * nq];
     configs.chunks_exact_mut(nq).enumerate().for_each(|(i, q)| halton.config(scene.space(), i as u64, q));
@@ -35,8 +35,8 @@ fn few_labels_make_a_classifier_that_is_right() {
         let balanced = 0.5 * (free + colliding);
         println!("{name}: balanced accuracy {balanced:.4} (free {free:.4}, colliding {colliding:.4})");
         assert!(balanced > least, "{name}: {balanced}");
-        // What the model says of itself is about as much: its held-out configurations were trained
-        // on no more than these.
+        // The model's own figures are about as high: its held-out configurations were not used for
+        // training either.
         let statistics = solver.model().unwrap().statistics();
         let told = 0.5 * (statistics.accuracy_free.unwrap() + statistics.accuracy_colliding.unwrap());
         assert!((told - balanced).abs() < STATED_ACCURACY_DIFFERENCE_SHARE, "{name}: {told} {balanced}");

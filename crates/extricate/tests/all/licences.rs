@@ -1,8 +1,8 @@
-//! Every dependency of the build has a licence that `deny.toml` allows, and comes from where it
-//! allows; the other rules of that file are looked at too.
+//! Checks that every dependency of the build has a licence and a source that `deny.toml` allows,
+//! and that its other rules hold.
 //!
-//! The list is cargo-deny's, which can check more where it is installed; building it takes longer
-//! than everything else that is checked, and this needs nothing but cargo.
+//! The list is that of cargo-deny, which can check more if it is installed. Building it takes
+//! longer than all other checks; this test needs nothing but cargo.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -45,7 +45,7 @@ fn dependencies_come_from_allowed_sources() {
     let packages = packages_of_this_build(&root);
     for package in &packages {
         let name = package["name"].as_str().expect("name");
-        // Without a source it is a part of this repository.
+        // A package without a source is part of this repository.
         match package["source"].as_str() {
             Some(source) => {
                 let known = source.strip_prefix("registry+").is_some_and(|url| registries.contains(&url));
@@ -60,14 +60,14 @@ fn dependencies_come_from_allowed_sources() {
     assert!(packages.iter().any(|package| package["source"].is_null()), "no package of this repository");
 }
 
-/// Dependencies of any version, but for members that are named by their path.
+/// Returns the dependencies of any version, except members named by their path.
 fn wildcards(package: &Value) -> impl Iterator<Item = &str> {
     let all = package["dependencies"].as_array().into_iter().flatten();
     all.filter(|other| other["req"] == "*" && other["path"].is_null()).filter_map(|other| other["name"].as_str())
 }
 
-/// Versions of one crate beside each other, which `deny.toml` warns of: those that are known, and
-/// whom they wait for.
+/// Crates of which several versions are present, which `deny.toml` warns of: the known ones, and
+/// the crates that need the other version.
 const KNOWN_TWICE: [(&str, &str); 9] = [
     ("syn", "2: gltf-derive, nalgebra-macros"),
     ("heapless", "0.7: postcard; 0.8: rstar"),
@@ -93,8 +93,8 @@ fn no_more_crates_are_there_twice() {
     }
 }
 
-/// What `cargo metadata` resolves for the machine that runs the test: packages of other systems may
-/// not be there.
+/// Returns what `cargo metadata` resolves for the machine that runs the test, since packages of
+/// other systems may be missing.
 fn packages_of_this_build(root: &Path) -> Vec<Value> {
     let cargo = || Command::new(env!("CARGO"));
     let version = cargo().arg("-vV").output().expect("cargo -vV").stdout;
@@ -116,7 +116,7 @@ fn allow_list(deny: &str) -> Vec<String> {
     allow.iter().map(|v| v.as_str().expect("a string").to_string()).collect()
 }
 
-/// Licences that some packages alone may have.
+/// Returns the licences that only some packages may have.
 fn exceptions(deny: &str) -> HashMap<String, Vec<String>> {
     let deny: toml::Table = deny.parse().expect("TOML");
     let text = |value: &toml::Value| value.as_str().expect("a string").to_string();
@@ -125,8 +125,8 @@ fn exceptions(deny: &str) -> HashMap<String, Vec<String>> {
     deny["licenses"]["exceptions"].as_array().expect("licenses.exceptions").iter().map(of).collect()
 }
 
-/// SPDX expressions: `OR` binds weaker than `AND`, `WITH` names an exception; the old `A/B` means
-/// `A OR B`.
+/// Evaluates an SPDX expression: `OR` binds weaker than `AND`, `WITH` names an exception, and the
+/// old `A/B` means `A OR B`.
 fn is_allowed(expression: &str, allowed: &[String]) -> bool {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
     let tokens: Vec<&str> = spaced.split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! Scenes from files in memory.
+//! Scenes assembled from files in memory, and models learned in them.
 
 use std::io::{Error as IoError, ErrorKind};
 
@@ -19,17 +19,17 @@ pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
     assemble(Path::new("scene.toml"), toml, &mut read).unwrap()
 }
 
-/// Learns with a number of labels and nothing else to end it.
+/// Learns until this number of labels is spent.
 pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
     Model::learn(scene, &labels_alone(labels, seed)).unwrap()
 }
 
-/// The same, ready to be asked.
+/// Does the same and returns a solver with the model.
 pub fn learned(scene: Scene, labels: usize, seed: u64) -> Solver {
     Solver::of_model(learn(scene, labels, seed))
 }
 
-/// Options of a run that a number of labels ends, and nothing else.
+/// Returns options of a run that only a number of labels ends.
 pub fn labels_alone(labels: usize, seed: u64) -> LearnOptions {
     let mut options = LearnOptions::default().labels(labels).seed(seed);
     options.seconds = None;
@@ -39,7 +39,7 @@ pub fn labels_alone(labels: usize, seed: u64) -> LearnOptions {
 /// Joint type, origin, axis, lower and upper limit, collision XML of the link.
 pub type Joint<'a> = (&'a str, [f64; 3], [f64; 3], f64, f64, &'a str);
 
-/// A robot of links that one joint each moves, in a chain from `base`.
+/// Writes a robot whose links form a chain from `base`, with one joint each.
 pub fn chain(joints: &[Joint]) -> String {
     let mut urdf = String::from("<robot name=\"r\"><link name=\"base\"/>");
     let mut parent = "base".to_string();
@@ -59,7 +59,7 @@ pub fn chain(joints: &[Joint]) -> String {
     urdf + "</robot>"
 }
 
-/// A `<collision>` element.
+/// Writes a `<collision>` element of a URDF.
 pub fn collision(xyz: [f64; 3], rpy: [f64; 3], shape: &str) -> String {
     format!(
         "<collision><origin xyz=\"{} {} {}\" rpy=\"{} {} {}\"/><geometry>{shape}</geometry></collision>",

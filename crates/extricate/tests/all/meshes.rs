@@ -10,13 +10,13 @@ use extricate::{CheckScratch, Effort, Label, MetricKind, QueryOptions, Solver};
 use crate::baselines::{L_CONVEX_PARTS, ROOM_BOUND_OF_DEPTH_SHARE, ROOM_BOUNDS_PER_QUERY, ROOM_COLLIDING_CONFIGS};
 use crate::query::ask;
 
-/// A ball that slides along x, y and z among one mesh.
+/// Makes a scene of a ball that slides along x, y and z among one mesh.
 fn world(radius: f64, file: &str, mesh: &[u8], extra: &str) -> Solver {
     let shape = format!("{{ mesh = '{file}' }}");
     world_of(radius, file, mesh, &shape, extra)
 }
 
-/// The same, with the shape as a scene file has it.
+/// Does the same with the shape as a scene file writes it.
 fn world_of(radius: f64, file: &str, mesh: &[u8], shape: &str, extra: &str) -> Solver {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
@@ -52,7 +52,7 @@ fn clearance(world: &Solver, q: [f64; 3]) -> f64 {
     clearance
 }
 
-/// Boxes as an OBJ: half sides, and whether they face outward.
+/// Writes boxes as an OBJ: half sides, and whether the faces point outward.
 fn boxes(all: &[([f64; 3], bool)]) -> String {
     let mut text = String::new();
     for (half, outward) in all {
@@ -68,8 +68,8 @@ fn boxes(all: &[([f64; 3], bool)]) -> String {
     text
 }
 
-/// A binary STL of a cube around the origin whose corners are off by a unit in the last place, some
-/// here, some there.
+/// Writes a binary STL of a cube around the origin, in which some corners are off by a unit in the
+/// last place.
 fn cube_with_seams(half: f32) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend(12u32.to_le_bytes());
@@ -105,7 +105,7 @@ fn a_solid_with_seams_holds_what_is_in_it() {
 
 const ROOM: [([f64; 3], bool); 2] = [([2.0, 2.0, 1.5], true), ([1.8, 1.8, 1.3], false)];
 
-/// Distance of a point from the free places of a ball in and around the room, with its clearance.
+/// Returns the distance from a point to the nearest free centre of a ball with clearance.
 fn depth_in_walls(q: &[f64], radius: f64, clearance: f64) -> f64 {
     let reach = radius + clearance;
     let [outer, inner] = ROOM.map(|(half, _)| half);
@@ -205,8 +205,8 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
     let halton = Halton::new(3, 7);
     for q in (0..300).map(|index| [0, 1, 2].map(|k| 3.0 * halton.coordinate(index, k) - 0.5)) {
         let (exact, held) = (clearance(&whole, q), clearance(&parts, q));
-        // A part stands out of the mesh by 0.4 % of its radius at most. Overlaps are those of the
-        // deepest part, which the faces between parts bound.
+        // A part exceeds the mesh by 0.4 % of its radius at most. Overlaps are those of the deepest
+        // part, which the faces between parts bound.
         match exact <= 0.0 {
             true => assert!(held <= 1e-6, "{q:?}: {held} apart, {exact} in the mesh"),
             false => assert!((exact - 0.012..=exact + 1e-6).contains(&held), "{q:?}: {held} for {exact}"),
@@ -219,7 +219,7 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
 
 #[test]
 fn convex_parts_that_fill_a_hollow_say_how_far_they_stand_out() {
-    // A bin of one closed solid: walls of 2 mm around a metre, open above.
+    // The bin is one closed solid: walls of 2 mm around a metre, open above.
     let ring = |half: f64, low: f64| {
         [low, 0.5]
             .map(|z| [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|[x, y]| [half * f64::from(x), half * f64::from(y), z]))
@@ -241,7 +241,7 @@ fn convex_parts_that_fill_a_hollow_say_how_far_they_stand_out() {
     assert!(warning.contains("convex parts stand out of the mesh by up to ") && warning.contains(" m: "), "{warning}");
     let far: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((0.1..0.6).contains(&far), "{warning}");
-    // As a mesh its hollow is open, and nothing is to be said.
+    // As a mesh its hollow stays open, so no warning is due.
     let whole = world_of(0.05, "bin.obj", mesh.as_bytes(), "{ mesh = 'bin.obj' }", "");
     assert!(whole.scene().warnings().is_empty() && clearance(&whole, [0.0; 3]) > 0.4);
 }

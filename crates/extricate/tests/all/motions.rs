@@ -1,4 +1,4 @@
-//! Paths of every kind against another library: samples along their edges keep the clearance.
+//! Paths of every kind, judged with another library: samples along their edges keep the clearance.
 //!
 //! `EXTRICATE_EDGES=100000 cargo test --release -p extricate --test all motions` judges as many
 //! edges.
@@ -7,12 +7,12 @@ use extricate::{Config, EscapeOptions, Label, PlanOptions, RepairOptions, Rows, 
 
 use crate::recheck::{Recheck, SLACK};
 
-/// Scenes whose clearance another library can tell from contact, and that plan in few checks.
+/// Scenes that plan in few checks, with clearances that another library does not take for contact.
 const SCENES: [&str; 4] = ["planar-arm", "shelf-arm", "free-box", "hand"];
-/// Samples of an edge.
-const SAMPLES: usize = 16;
+/// Equal parts of an edge, whose ends are judged.
+const EDGE_PARTS: usize = 16;
 
-/// Edges that are judged.
+/// Returns the number of edges to judge.
 fn wanted() -> usize {
     std::env::var("EXTRICATE_EDGES").map_or(400, |text| text.parse().expect("EXTRICATE_EDGES is a number"))
 }
@@ -24,13 +24,13 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// Asserts that another library finds every sample free, from the point `first` on.
+    /// Asserts that another library finds every sample free on the edges from point `first` on.
     fn judge(&mut self, points: &[Vec<f64>], first: usize) {
         let (scene, mut q) = (self.world.scene(), points[0].clone());
         for (a, b) in points.iter().zip(points.iter().skip(1)).skip(first) {
             self.edges += 1;
-            for sample in 0..=SAMPLES {
-                scene.space().interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+            for sample in 0..=EDGE_PARTS {
+                scene.space().interpolate(a, b, sample as f64 / EDGE_PARTS as f64, &mut q);
                 let distances = self.recheck.distances(&q, 0.01);
                 let nearest = distances.into_iter().fold(f64::INFINITY, f64::min);
                 assert!(nearest >= scene.clearance() - SLACK, "{nearest} at {q:?}, between {a:?} and {b:?}");
@@ -38,7 +38,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Three configurations give one path of each kind.
+    /// Judges one path of each kind between three configurations.
     fn paths_of(&mut self, rows: &[Config; 3], seed: u64) {
         let termination = Termination::after_checks(20_000);
         let [colliding, from, to] = rows;
@@ -81,7 +81,7 @@ fn another_library_finds_every_edge_free() {
     assert!(edges >= wanted, "{edges}");
 }
 
-/// The first configuration with this label, of a random sequence of this number.
+/// Returns the first configuration with this label in the random sequence of this seed.
 fn nth(world: &Solver, label: Label, number: u64) -> Config {
     use rand::SeedableRng;
     let space = world.scene().space();

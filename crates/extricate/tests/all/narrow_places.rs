@@ -1,5 +1,5 @@
-//! Places that are narrower than the clearance that is aimed at, and deviations in closed form:
-//! what is near is preferred to what keeps more distance elsewhere.
+//! Places narrower than the clearance that is aimed at, and deviations in closed form: near exits
+//! are preferred to farther ones with more clearance.
 
 use extricate::{
     Answer, CheckScratch, Escape, EscapeOptions, Label, QueryOptions, RepairOptions, Repaired, Rows, SegmentOptions,
@@ -13,8 +13,8 @@ use crate::baselines::{
 use crate::memory::{chain, collision, learned, scene};
 use crate::query::ask;
 
-/// A block of side 0.2 that slides along some axes among boxes of these widths \[m\] along x, at
-/// these places, and much larger otherwise.
+/// Makes a block of side 0.2 that slides along some axes among boxes of these widths \[m\] along x,
+/// at these places. Along y and z the boxes are much larger.
 fn sliding(axes: &[[f64; 3]], clearance: f64, boxes: &[(f64, f64)]) -> Solver {
     let shape = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");
     let last = axes.len() - 1;
@@ -34,12 +34,12 @@ const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// A gap of 205 mm whose middle keeps 2.5 mm; the scene's clearance is 2 mm.
+/// Makes a gap of 205 mm whose middle keeps 2.5 mm; the scene's clearance is 2 mm.
 fn gap() -> Solver {
     sliding(&[X], 2e-3, &[(0.5, -0.25), (0.5, 0.455)])
 }
 
-/// A slot with 0.9 mm of play on both sides of the origin; the scene's clearance is 0.1 mm.
+/// Makes a slot with 0.9 mm of play on both sides of the origin; the scene's clearance is 0.1 mm.
 fn slot(axes: &[[f64; 3]]) -> Solver {
     sliding(axes, 1e-4, &[(0.4, 0.3009), (0.4, -0.3009)])
 }
@@ -56,7 +56,7 @@ fn query(world: &Solver, q: &[f64], clearance: f64) -> Answer {
 
 #[test]
 fn an_escape_takes_the_near_exit_of_a_narrow_place() {
-    // In the gap 5 mm lead to the scene's clearance, the middle is another 0.5 mm away.
+    // The scene's clearance begins 5 mm away in the gap, and the middle is another 0.5 mm away.
     let found = escape(&gap(), &[0.097]);
     assert!((0.005..0.0056).contains(&found.length) && found.checks < NARROW_ESCAPE_CHECKS, "{found:?}");
     for axes in [&[X][..], &[X, Y, Z]] {
@@ -65,7 +65,7 @@ fn an_escape_takes_the_near_exit_of_a_narrow_place() {
         let found = escape(&slot(axes), &q);
         assert!((3.7e-4..1.2e-3).contains(&found.length) && found.checks < NARROW_ESCAPE_CHECKS, "{found:?}");
     }
-    // Fits of pegs that overlap one side by half the play.
+    // Pegs in these fits overlap one side by half the play.
     for play in [1e-3, 2e-4, 5e-5] {
         let world = sliding(&[X, Y, Z], play / 10.0, &[(0.4, 0.3 + play), (0.4, -0.3 - play)]);
         let found = escape(&world, &[1.5 * play, 0.0, 0.0]);
@@ -89,18 +89,18 @@ fn a_query_gives_up_clearance_rather_than_go_far() {
     let answer = query(&world, &[0.00117, 0.0, 0.0], 1e-3);
     assert!(answer.depth < 1e-3 && answer.clearance > 1e-4 && answer.clearance < 9e-4, "{answer:?}");
     assert!(answer.verified && answer.lower_bound > 0.0 && answer.lower_bound <= answer.depth, "{answer:?}");
-    // It is what a scene of that clearance answers.
+    // A scene of that clearance has the same answer.
     let wider = Solver::new(world.scene().with_clearance(answer.clearance).unwrap());
     let expected = wider.query(&world.scene().config(&[0.00117, 0.0, 0.0]).unwrap()).unwrap();
-    // It begins with the exit that it pushed, which is carried to the same end but for rounding.
+    // The query begins with the pushed exit and comes to the same end but for rounding.
     let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     assert!(is_near(answer.depth, expected.depth) && is_near(answer.lower_bound, expected.lower_bound), "{answer:?}");
     assert!(answer.witness.iter().zip(&expected.witness[..]).all(|(a, b)| is_near(*a, *b)), "{answer:?} {expected:?}");
     assert_eq!((&answer.colliding, &answer.touching), (&expected.colliding, &expected.touching));
-    // What is free already does not jump through a wall either.
+    // A configuration that is free already does not jump through a wall either.
     let answer = query(&world, &[0.0003, 0.0, 0.0], 1e-3);
     assert!(answer.depth < 1e-3, "{answer:?}");
-    // Beside one wall there is room, and all of it is kept.
+    // Beside one wall there is enough space to keep the whole clearance.
     let answer = query(&sliding(&[X], 1e-4, &[(0.5, -0.25)]), &[0.09], 5e-3);
     assert!((answer.depth - 0.015).abs() < 1e-6 && answer.clearance == 5e-3, "{answer:?}");
 }
@@ -112,12 +112,12 @@ fn what_is_asked_again_keeps_the_budget() {
     for budget in [0, 1, 5, 20, 50, 100, 200] {
         let options = QueryOptions::default().clearance(1e-3).termination(Termination::after_checks(budget));
         let answer = ask(&world, &q, &options);
-        // Each of the three queries may overdraw by what ends it.
+        // Each of the three queries may overdraw by the checks that end it.
         assert!(answer.checks <= budget + GIVEN_UP_CLEARANCE_OVERDRAWN_CHECKS, "{budget}: {answer:?}");
     }
 }
 
-/// The answers of a continuous stream along a straight motion, whose last 10 frames stand still.
+/// Follows a straight motion by a continuous stream; the last 10 frames stand still.
 fn follow(solver: &Solver, options: QueryOptions, ends: [&[f64]; 2], frames: usize) -> Vec<Answer> {
     let space = solver.scene().space();
     let mut stream =
@@ -141,7 +141,7 @@ fn a_continuous_stream_that_begins_in_collision_follows() {
         assert_eq!((&last.witness[..], last.depth), (&[0.5][..], 0.0));
         assert!((last.clearance - aim).abs() < 1e-12, "{last:?}");
     }
-    // In a slot that is too narrow for what is aimed at, it keeps less, and still moves.
+    // In a slot too narrow for the aim, the stream keeps less clearance, and still moves.
     let world = slot(&[X]);
     let options = QueryOptions::default().clearance(5e-3);
     let answers = follow(&world, options, [&[0.00117], &[-0.0005]], 40);
@@ -167,7 +167,7 @@ fn continuous_streams_of_arms_that_begin_in_collision_follow() {
                 assert!(answers[0].clearance > ARM_STREAM_CLEARANCE_METRES, "{}", answers[0].clearance);
                 let end = &answers[59];
                 reached += usize::from(end.depth == 0.0);
-                // It is held behind something, or the last query is within what it aims at.
+                // Otherwise something holds it, or the last query violates the aimed clearance.
                 let way = world.checker().segment(&end.witness, last, &SegmentOptions::default(), &mut scratch);
                 let is_held = !matches!(way, SegmentOutcome::Free)
                     || aimed.checker().label(last, &mut scratch) == Label::Colliding;
@@ -218,7 +218,7 @@ fn repair(rows: &[f64], max_deviation: Option<f64>, seed: u64) -> Repaired {
     disc().repair(Rows::new(rows, 2).unwrap(), &options).unwrap()
 }
 
-/// The farthest that two paths are from each other at equal places, by samples.
+/// Returns the largest distance between two paths at equal places, by samples.
 fn sampled_deviation(rows: &[f64], repaired: &Repaired) -> f64 {
     let at = |places: &[f64], points: &[Vec<f64>], place: f64| -> [f64; 2] {
         let k = places.partition_point(|p| *p <= place).clamp(1, places.len() - 1);

@@ -1,4 +1,4 @@
-//! Scenes that are asked at once, of which nothing was learned.
+//! Queries in scenes of which nothing was learned.
 
 use std::ops::ControlFlow;
 
@@ -46,7 +46,7 @@ fn answers_are_verified_bounded_and_nearly_those_of_a_long_search() {
                     assert!(answer.lower_bound <= answer.depth);
                 }
                 let depths = [nearest.depth, refined.depth, exhaustive.depth];
-                // Without a model, `nearest` is told of one pair, and may group joints otherwise.
+                // Without a model, `nearest` gets one pair only, and may group joints differently.
                 let [a, b, c] = depths;
                 assert!(a >= (1.0 - 1e-4) * b && b >= c, "{name} {metric:?}: {depths:?} at {q:?}");
                 assert!(refined.lower_bound <= exhaustive.depth && refined.unseen.is_some());
@@ -116,7 +116,7 @@ fn where_nothing_is_free_there_is_no_answer() {
     }
 }
 
-/// Metrics of displacement measure nothing then: everything is as near as everything else.
+/// Metrics of displacement measure nothing here: everything is as near as everything else.
 #[test]
 fn a_robot_without_geometry_is_free_everywhere() {
     let urdf = crate::memory::chain(&[("revolute", [0.0; 3], [0.0, 0.0, 1.0], -1.0, 1.0, "")]);

@@ -1,4 +1,4 @@
-//! Robots of other kinds than the built-in scenes have: one that drives on a plane, and a chain of
+//! Robots of kinds that the built-in scenes do not have: one that drives on a plane, and a chain of
 //! many joints.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -10,10 +10,10 @@ use crate::baselines::{PLANAR_BASE_AS_NEAR_ANSWERS, TWENTY_JOINTS_AS_NEAR_ANSWER
 use crate::memory::{Joint, chain, collision, learned, scene};
 use crate::query::{ask, colliding};
 
-/// Refined and exhaustive answers for `count` configurations of a model learned with few labels;
-/// all that they promise holds.
+/// Returns refined and exhaustive answers for `count` configurations, from a model learned with few
+/// labels, and checks all that they promise.
 fn ask_all(scene: Scene, labels: usize, count: usize) -> (Solver, Vec<(Config, [Answer; 2])>) {
-    // Not the model's own: it shares no memory with what answered.
+    // This checker shares no memory with the solver that answers.
     let checker = Checker::new(Arc::new(scene.clone()));
     let model = learned(scene, labels, 7);
     let mut check = CheckScratch::default();
@@ -35,14 +35,14 @@ fn ask_all(scene: Scene, labels: usize, count: usize) -> (Solver, Vec<(Config, [
     (model, all)
 }
 
-/// How many refined answers are at most a hundredth farther than the exhaustive ones, and how many
+/// Returns how many refined answers are at most 1 % farther than the exhaustive ones, and how many
 /// bounds are above 0.
 fn near_and_bounded(all: &[(Config, [Answer; 2])]) -> (usize, usize) {
     let near = all.iter().filter(|(_, [refined, exhaustive])| refined.depth <= 1.01 * exhaustive.depth).count();
     (near, all.iter().filter(|(_, [refined, _])| refined.lower_bound > 0.0).count())
 }
 
-/// A body longer than wide, with a boom that turns on it, in a room of two halves.
+/// A body longer than wide, with a boom that rotates on it, drives in a room of two halves.
 #[test]
 fn a_robot_on_a_planar_base_before_a_doorway() {
     let boom = collision([0.25, 0.0, 0.0], [0.0; 3], "<box size=\"0.5 0.06 0.06\"/>");
@@ -64,7 +64,7 @@ fn a_robot_on_a_planar_base_before_a_doorway() {
     assert_eq!((space.nq(), space.nv()), (4, 4));
     let mut check = CheckScratch::default();
     for (q, [_, exhaustive]) in &all {
-        // Straight sideways, in steps of 0.02 m: no exit may be nearer than what was found.
+        // Moves straight sideways in steps of 0.02 m: no exit there may be nearer than the answer.
         for k in 0..32 {
             let (sin, cos) = (TAU * f64::from(k) / 32.0).sin_cos();
             let place = |step: i32| {

@@ -1,5 +1,5 @@
-//! What the pages name exists: files, commands and their options, names of the interfaces. Whether
-//! what they say of it is true is not checked here.
+//! Checks that what the pages name exists: files, commands and their options, names of the
+//! interfaces. It does not check whether their statements are true.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -57,7 +57,7 @@ fn check<T: Display>(faults: impl Fn(&str) -> Vec<T>) {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// Back-ticked words of a page, and lines of its code blocks that run the program.
+/// Returns back-ticked words of a page, and lines of its code blocks that run the program.
 fn code(page: &str) -> Vec<(usize, String)> {
     let (mut found, mut is_block) = (Vec::new(), false);
     for (at, line) in page.lines().enumerate() {
@@ -73,8 +73,8 @@ fn code(page: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// Names of files in `code` that no path of the repository ends with. Words in capitals stand for
-/// any name.
+/// Returns names of files in `code` that no path of the repository ends with. Words in capitals
+/// stand for any name.
 fn missing_files(code: &str, files: &BTreeSet<String>) -> Vec<String> {
     let is_file = |word: &&str| word.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending));
     let is_named = |word: &&str| word.contains('/') || word.ends_with(".rs");
@@ -88,8 +88,8 @@ fn missing_files(code: &str, files: &BTreeSet<String>) -> Vec<String> {
     missing.map(|word| format!("`{word}` is no file of the repository")).collect()
 }
 
-/// Commands and options in `code` that the page of the command line does not have: of
-/// `extricate COMMAND ..`, and of `COMMAND --option`.
+/// Returns commands and options in `code` that the page of the command line lacks, from `extricate
+/// COMMAND ..` and `COMMAND --option`.
 fn missing_commands(code: &str, reference: &str) -> Vec<String> {
     let mut missing = Vec::new();
     let code = code.split(" #").next().unwrap_or(code);
@@ -116,8 +116,8 @@ fn missing_commands(code: &str, reference: &str) -> Vec<String> {
     missing
 }
 
-/// Names of the interfaces in `code` that do not exist: `extricate.NAME` and `extricate.NAME.NAME`
-/// of Python, `extricate::NAME` of C++ and Rust, `Type::name` of public types of Rust.
+/// Returns names in `code` that no interface has: `extricate.NAME` and `extricate.NAME.NAME` of
+/// Python, `extricate::NAME` of C++ and Rust, `Type::name` of public types of Rust.
 fn missing_names(code: &str, python: &Names, cpp: &Names, rust: &Names) -> Vec<String> {
     let mut missing = Vec::new();
     for word in code.split(|c: char| !(c.is_alphanumeric() || "_.:/".contains(c))) {
@@ -133,7 +133,7 @@ fn missing_names(code: &str, python: &Names, cpp: &Names, rust: &Names) -> Vec<S
                 missing.push(format!("`{word}` is no name of Python"));
             }
         } else if let Some((of, name)) = word.split_once("::") {
-            // The list leaves out what derives and traits give.
+            // The list leaves out what derives and traits provide.
             if rust.public.contains(of) && !rust.members.contains(word) && name != "default" {
                 missing.push(format!("`{word}` is no name of Rust"));
             }
@@ -142,7 +142,7 @@ fn missing_names(code: &str, python: &Names, cpp: &Names, rust: &Names) -> Vec<S
     missing
 }
 
-/// Names of an interface, and those of what its types hold.
+/// Names of an interface, and of the members of its types.
 struct Names {
     public: BTreeSet<String>,
     members: BTreeSet<String>,
@@ -154,7 +154,7 @@ impl Names {
     }
 }
 
-/// Of Python: `__all__`, and all that is defined in the package.
+/// Returns the names of Python: `__all__`, and all that is defined in the package.
 fn python_names() -> Names {
     let package = repository().join("crates/extricate-python/python/extricate");
     let quoted = |line: &str| Some(line.trim().strip_prefix('"')?.strip_suffix("\",")?.to_string());
@@ -167,15 +167,15 @@ fn python_names() -> Names {
     Names { public: read(&package.join("__init__.py")).lines().filter_map(quoted).collect(), members }
 }
 
-/// Of C++: all words of the header.
+/// Returns the names of C++: all words of the header.
 fn cpp_names() -> Names {
     let header = read(&repository().join("crates/extricate-c/include/extricate.hpp"));
     let words = header.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(str::to_string);
     Names { public: words.collect(), members: BTreeSet::new() }
 }
 
-/// Of Rust: the list that the test `public_api` holds, a line `Type::name(..)` or `Type.field: ..`
-/// each.
+/// Returns the names of Rust from the list of the test `public_api`, which has a line
+/// `Type::name(..)` or `Type.field: ..` each.
 fn rust_names() -> Names {
     let list = read(&repository().join("crates/extricate/tests/all/public_api.txt"));
     let word = |line: &str| {
@@ -186,7 +186,7 @@ fn rust_names() -> Names {
     Names { public, members }
 }
 
-/// Paths of the files that pages may name, from the root of the repository.
+/// Returns paths of the files that pages may name, from the root of the repository.
 fn files() -> BTreeSet<String> {
     let root = repository();
     let mut found = files_in(&root, ENDINGS);

@@ -1,5 +1,5 @@
-//! What every answer promises, on every built-in scene and under every metric: a free witness at
-//! the stated distance, a bound below it, the same bytes for the same seed.
+//! Promises of every answer, on every built-in scene and under every metric: a free witness at the
+//! stated distance, a bound below it, the same bytes for the same seed.
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::{CheckScratch, Checker, Effort, Label, MetricKind, QueryOptions, builtin};
@@ -62,7 +62,7 @@ fn boundary_samples_are_free_and_beside_a_collision() {
     let (mut low, mut high) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
     for (i, q) in learned.boundary().configs().chunks_exact(space.nq()).enumerate() {
         assert_eq!(model.checker().label(q, &mut check), Label::Free);
-        // The colliding partner is not stored; some short step must find one.
+        // The colliding partner is not stored, so some short step must find one.
         let found = (0..200).any(|k| {
             halton.config(space, 2 * k + 400 * i as u64, &mut low);
             halton.config(space, 2 * k + 1 + 400 * i as u64, &mut high);

@@ -1,4 +1,4 @@
-//! What effort `proved` promises: depths in closed form, bounds that no other search is below, gaps
+//! Promises of effort `proved`: depths in closed form, bounds that no other search is below, gaps
 //! that close, and answers that only get nearer.
 
 use extricate::internals::cspace::sampling::Halton;
@@ -14,7 +14,6 @@ fn proved(gap: f64, checks: usize) -> QueryOptions {
     QueryOptions::default().effort(Effort::Proved).gap(gap).termination(termination)
 }
 
-/// The first colliding of low-discrepancy configurations.
 fn colliding(world: &Solver, count: usize) -> Vec<Config> {
     let space = world.scene().space();
     let halton = Halton::new(space.nv(), 5);
@@ -28,7 +27,7 @@ fn colliding(world: &Solver, count: usize) -> Vec<Config> {
     all.by_ref().take(20_000).filter(|q| collides(q)).take(count).collect()
 }
 
-/// Asks for a gap of 1e-3 where the depth is known.
+/// Queries a scene of known depth with a gap of 1e-3.
 fn closes(scene: Scene, count: usize, exact: impl Fn(&[f64]) -> f64) {
     let world = Solver::new(scene);
     for q in colliding(&world, count) {
@@ -51,7 +50,7 @@ fn box_in_a_box() {
     });
 }
 
-/// One disc among four that leave no room between them but in the middle.
+/// A disc overlaps another disc, so that the depth is radial.
 #[test]
 fn disc_among_discs() {
     let disc = collision([0.0; 3], [0.0; 3], "<cylinder radius=\"0.1\" length=\"0.2\"/>");
@@ -61,7 +60,7 @@ fn disc_among_discs() {
     closes(scene(toml, &[("r.urdf", urdf)]), 60, |q| 0.4 + CLEARANCE - q[0].hypot(q[1]));
 }
 
-/// Carts on rails of their own, each in its wall: the squares add.
+/// Each cart is on a rail of its own, in its own wall, so that the squared depths add.
 #[test]
 fn carts_part_by_themselves() {
     let cart = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");
@@ -86,8 +85,8 @@ fn carts_part_by_themselves() {
     });
 }
 
-/// Of convex rigid bodies under the largest displacement, the depth is that of translations (Zhang,
-/// Kim, Varadhan and Manocha, "Generalized penetration depth computation", Computer-Aided
+/// For convex rigid bodies under the largest displacement, the depth is that of translations
+/// (Zhang, Kim, Varadhan and Manocha, "Generalized penetration depth computation", Computer-Aided
 /// Design 39, 2007).
 #[test]
 fn rigid_bodies_under_the_largest_displacement() {
@@ -99,7 +98,7 @@ fn rigid_bodies_under_the_largest_displacement() {
     let world = Solver::new(scene(toml, &[("r.urdf", urdf)]));
     let mut seen = 0;
     for x in [0.1, 0.2, 0.3, 0.35] {
-        // Upright: beyond a face of the wall.
+        // The block is upright, so the nearest exit is beyond a face of the wall.
         let q = [x, 0.05, 0.02, 0.0, 0.0, 0.0, 1.0];
         let exact = [0.4 - x, 0.4 - 0.05, 0.4 - 0.02].into_iter().fold(f64::INFINITY, f64::min) + CLEARANCE;
         let answer = ask(&world, &world.scene().space().config(&q).unwrap(), &proved(1e-3, 5000));
@@ -113,12 +112,12 @@ fn rigid_bodies_under_the_largest_displacement() {
     assert_eq!(seen, 4);
 }
 
-/// No bound is above what any search finds, whatever the clearance and scale; a gap that was asked
-/// for and is told is there; more of the termination never makes the depth rise or the bound fall.
+/// No bound is above what any search finds, whatever the clearance and metric. A gap that an answer
+/// reports is real. More checks never raise the depth, and hardly lower the bound.
 #[test]
 fn bounds_hold_and_only_get_better() {
     let mut closed = [0; 2];
-    // Steps of many joints take long.
+    // Scenes of more joints would take too long.
     for name in ["planar-arm", "shelf-arm", "free-box"] {
         for kind in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
             let clearances = if kind == MetricKind::Joint { &[0.0, 0.02][..] } else { &[1e-4] };
@@ -138,7 +137,7 @@ fn bounds_hold_and_only_get_better() {
                         );
                     }
                     assert!(long.depth <= short.depth, "{what}");
-                    // What bends is bounded as far as the depth, which is another in each.
+                    // The bound on curvature depends on the depth, which differs here.
                     let [before, after] = [&short, &long].map(|answer| answer.lower_bound);
                     let is_kept = after >= PROVED_BOUND_KEPT_SHARE * before;
                     assert!(is_kept, "{what}: {before} {after} at {} {}", short.depth, long.depth);
@@ -160,8 +159,8 @@ fn bounds_hold_and_only_get_better() {
     assert!(f64::from(closed[0]) > PROVED_GAPS_CLOSED_SHARE * f64::from(closed[1]), "{closed:?}");
 }
 
-/// Surfaces enclose nothing: the answer says that this is why nothing is proved, and says it of
-/// nothing else.
+/// Surfaces enclose nothing: the answer gives this as the reason why nothing is proved, and gives
+/// it in no other case.
 #[test]
 fn what_is_not_proved_is_told_why() {
     let block = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");

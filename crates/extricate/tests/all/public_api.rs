@@ -1,5 +1,5 @@
-//! The public interface as a list in `public_api.txt`: whoever changes it sees it in the diff.
-//! Write it anew with `UPDATE_PUBLIC_API=1 cargo test --workspace public_api`.
+//! The public interface as a list in `public_api.txt`, so that every change shows in the diff.
+//! `UPDATE_PUBLIC_API=1 cargo test --workspace public_api` writes it anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 use quote::ToTokens;
 use syn::{Attribute, Fields, ImplItem, Item, ItemUse, Type, UseTree, Visibility};
 
-/// Names that the facade and its modules export, most.
-const MOST_ITEMS: usize = 160;
+/// Limit on the names that the facade and its modules export.
+const MAX_ITEMS: usize = 160;
 
 #[test]
 fn the_public_interface_is_the_list() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let exported = exported(&parse(&src.join("lib.rs")).items);
     let listed: BTreeSet<String> = exported.keys().cloned().collect();
-    assert!(listed.len() <= MOST_ITEMS, "{} items, at most {MOST_ITEMS}", listed.len());
+    assert!(listed.len() <= MAX_ITEMS, "{} items, at most {MAX_ITEMS}", listed.len());
     let mut found: BTreeSet<String> = BTreeSet::new();
     let mut files = Vec::new();
     below(&src, &mut files);
@@ -30,7 +30,7 @@ fn the_public_interface_is_the_list() {
     let text: String = found.iter().map(|line| format!("{line}\n")).collect();
     let names: BTreeSet<&str> = found.iter().filter_map(|line| line.split([' ', ':', '.', '(', '<']).next()).collect();
     let missing: Vec<&String> = listed.iter().filter(|name| !names.contains(name.as_str())).collect();
-    // A module is a list of its own.
+    // `builtin` is a module, which no item describes.
     assert_eq!(missing, ["builtin"], "exported, but not found in the sources");
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/all/public_api.txt");
     if std::env::var_os("UPDATE_PUBLIC_API").is_some() {
@@ -49,7 +49,7 @@ fn the_public_interface_is_the_list() {
 /// Types whose methods are in several modules; no other type has their names.
 const EVERYWHERE: &[&str] = &["Solver", "Scene", "Model", "Checker"];
 
-/// Types of other libraries, which may change when these do.
+/// Types of other libraries: public ones would change when these do.
 const FOREIGN: &[&str] =
     &["Vec3", "Mat3", "nalgebra", "rayon", "postcard", "toml", "serde_json", "ChaCha8Rng", "impl Rng"];
 
@@ -63,7 +63,7 @@ fn no_type_of_another_library_is_public() {
     assert!(is_foreign(&"Pose.translation: Vec3"));
 }
 
-/// The glossary has better ones (docs/reference/glossary.md).
+/// Words for which the glossary (docs/reference/glossary.md) has better ones.
 const RETIRED: &[&str] = &[
     "way out",
     "ways out",
@@ -113,7 +113,7 @@ fn retired(page: &str) -> Vec<&'static str> {
     RETIRED.iter().copied().filter(|word| page.match_indices(word).any(stands_alone)).collect()
 }
 
-/// What is public of an exported item, by name, with its page.
+/// Returns the names and docs of all that is public of an exported item.
 fn docs(item: &Item, is_exported: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let page = |attributes: &[Attribute]| -> String {
         attributes.iter().filter(|a| a.path().is_ident("doc")).map(|a| a.to_token_stream().to_string()).collect()
@@ -170,7 +170,7 @@ fn is_public(visibility: &Visibility) -> bool {
     matches!(visibility, Visibility::Public(_))
 }
 
-/// By exported name, the modules of the crate that it may come from.
+/// Maps each exported name to the modules of the crate that it may come from.
 fn exported(items: &[Item]) -> BTreeMap<String, BTreeSet<String>> {
     let mut names = BTreeMap::new();
     for item in items {
@@ -204,7 +204,7 @@ fn leaves(tree: &UseTree, path: &mut Vec<String>, names: &mut BTreeMap<String, B
     }
 }
 
-/// Adds lines for what is public of an item.
+/// Adds a line for each public part of an item.
 fn describe(item: &Item, is_exported: &dyn Fn(&str) -> bool, lines: &mut BTreeSet<String>) {
     let mut fields = |name: &str, fields: &Fields| {
         for field in fields.iter().filter(|field| is_public(&field.vis) && !is_hidden(&field.attrs)) {
@@ -256,7 +256,7 @@ fn describe(item: &Item, is_exported: &dyn Fn(&str) -> bool, lines: &mut BTreeSe
     }
 }
 
-/// Adds the methods that the macros of `interface.rs` make.
+/// Adds the methods that the macros of `interface.rs` generate.
 fn describe_macro(found: &syn::Macro, is_exported: &dyn Fn(&str) -> bool, lines: &mut BTreeSet<String>) {
     let tokens = text(&found.tokens);
     if found.path.is_ident("words") {
@@ -280,14 +280,14 @@ fn describe_macro(found: &syn::Macro, is_exported: &dyn Fn(&str) -> bool, lines:
     }
 }
 
-/// The fields of a variant without the docs of each.
+/// Removes the docs from the fields of a variant.
 fn without_docs(fields: &str) -> String {
     let mut parts = fields.split("# [doc = ");
     let first = parts.next().unwrap_or_default().to_string();
     parts.fold(first, |all, part| all + part.split_once("\"]").map_or(part, |(_, rest)| rest.trim_start()))
 }
 
-/// Tokens without the blanks that stand between all of them.
+/// Prints tokens without the blanks between them.
 fn text(tokens: &impl ToTokens) -> String {
     let mut text = tokens.to_token_stream().to_string();
     for (from, to) in [

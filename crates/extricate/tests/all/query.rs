@@ -1,5 +1,5 @@
-//! What can be asked of a query beside the nearest exit: several exits, a termination, the
-//! gradient, the segment there, many at once.
+//! Results of queries besides the nearest exit: several exits, a termination, the gradient, the
+//! segment there, and batches.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -23,7 +23,6 @@ fn model(name: &str, metric: MetricKind) -> Solver {
     learned(builtin::scene(name).unwrap().with_metric(metric), 6_000, 7)
 }
 
-/// The first `count` colliding configurations of a low-discrepancy sequence.
 pub fn colliding(solver: &Solver, count: usize) -> Vec<Config> {
     let space = solver.scene().space();
     let halton = Halton::new(space.nv(), 5);
@@ -36,7 +35,7 @@ pub fn colliding(solver: &Solver, count: usize) -> Vec<Config> {
     all.filter(|q| solver.checker().label(q, &mut check) == Label::Colliding).take(count).collect()
 }
 
-/// The answer with other options than those of the solver.
+/// Returns the answer with these options instead of those of the solver.
 pub fn ask(solver: &Solver, q: &Config, options: &QueryOptions) -> Answer {
     solver.clone().options(options.clone()).unwrap().query(q).expect("something is free")
 }
@@ -49,7 +48,7 @@ fn a_query_that_was_warmed_up_says_what_a_first_one_says() {
         let warm = model.clone().options(options.clone()).unwrap();
         warm.warm_up(Duration::from_millis(5));
         for q in colliding(&model, 20) {
-            // It shares the model, and no memory.
+            // The fresh solver shares the model, but no memory.
             let fresh = Solver::of_model(Arc::clone(model.model().unwrap()));
             let (first, warmed) = (ask(&fresh, &q, &options), warm.query(&q).unwrap());
             assert_eq!(format!("{first:?}"), format!("{warmed:?}"), "{name}");
@@ -202,9 +201,9 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
                     (of(&moved) - answer.depth) / h
                 };
                 let distance = |p: &[f64]| model.metric().distance(p, &answer.witness);
-                // The largest displacement has a kink: at the nearest exit several points move
-                // equally far. Elsewhere both agree. Not shorter than what the gradient is a mean
-                // over.
+                // The largest displacement has a kink where several points move equally far, as at
+                // the nearest exit; elsewhere both slopes agree. The step is no shorter than the
+                // length over which the gradient is a mean.
                 let least = if metric == MetricKind::MaxDisplacement { 2e-5 } else { 0.0 };
                 let h = f64::max(3e-4 * answer.depth, least);
                 let (ahead, behind) = (slope(h, &distance), slope(-h, &distance));
@@ -212,7 +211,7 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
                 assert!(metric == MetricKind::MaxDisplacement || (ahead - behind).abs() < slack);
                 let between = ahead.min(behind) - slack..=ahead.max(behind) + slack;
                 off += usize::from(!between.contains(&answer.gradient[k]));
-                // Only a query that follows the same exit tells the slope of the depth.
+                // Only a query that follows the same exit has the slope of the depth.
                 let depth =
                     |p: &[f64]| space.config(p).map_or(f64::NAN, |p| ask(&model, &p, &QueryOptions::default()).depth);
                 if metric == MetricKind::Joint && k == 0 && answer.unique {
@@ -284,7 +283,7 @@ fn the_nearest_sample_comes_with_its_contacts_where_they_are_asked_for() {
             assert_eq!((bare.max_displacement, &bare.gradient), (told.max_displacement, &told.gradient));
             assert!(bare.contacts.is_empty() && bare.touching.is_empty());
             assert!(bare.colliding.len() == 1 && told.colliding.contains(&bare.colliding[0]), "{name}: {told:?}");
-            // Of one pair, what is proved of all.
+            // The bound of one pair is at most that of all pairs.
             assert!((0.0..=told.lower_bound).contains(&bare.lower_bound), "{name}: {bare:?} {told:?}");
             assert_eq!(told.colliding, ask(&model, &q, &QueryOptions::default()).colliding);
             several += usize::from(told.colliding.len() > 1);

@@ -1,5 +1,5 @@
-//! What queries in changed scenes cost and find: as much as before where nothing changed, and what
-//! is new there.
+//! Costs and answers of queries in changed scenes: about as before if nothing changed nearby, and
+//! new exits elsewhere.
 
 use extricate::geometry::Body;
 use extricate::internals::math::Vec3;
@@ -13,12 +13,12 @@ use crate::baselines::{
 use crate::memory::learned;
 use crate::query::colliding;
 
-/// The last obstacle.
+/// Returns the last obstacle of a scene.
 pub fn obstacle(scene: &Scene) -> &Body {
     scene.bodies().iter().rfind(|body| body.is_obstacle()).expect("an obstacle")
 }
 
-/// The scene with another one like its last obstacle, that much away from it.
+/// Returns the scene with a copy of its last obstacle, that much away from it.
 pub fn with_another(scene: Scene, by: [f64; 3]) -> Scene {
     let mut body = obstacle(&scene).clone();
     body.name = "another".into();
@@ -26,12 +26,11 @@ pub fn with_another(scene: Scene, by: [f64; 3]) -> Scene {
     scene.with_obstacles([body]).unwrap()
 }
 
-/// The scene without its last obstacle.
 fn without_one(scene: Scene) -> Scene {
     scene.without([obstacle(&scene).name.as_str()]).unwrap()
 }
 
-/// Answers in a changed scene, each verified there.
+/// Returns answers in a changed scene, each verified there.
 fn answers(model: &Solver, scene: &Scene, queries: &[Config]) -> Vec<Answer> {
     let changed = model.with_scene(scene.clone()).unwrap();
     let mut check = CheckScratch::default();
@@ -52,7 +51,7 @@ fn checks(answers: &[Answer]) -> usize {
     answers.iter().map(|answer| answer.checks).sum()
 }
 
-/// How many are as near as those they are compared with, but for a hundredth.
+/// Counts the answers that are at most 1 % farther than the others.
 fn as_near(answers: &[Answer], others: &[Answer]) -> usize {
     answers.iter().zip(others).filter(|(answer, other)| answer.depth <= 1.01 * other.depth).count()
 }
@@ -108,7 +107,7 @@ fn samples_that_an_added_obstacle_took_are_not_trusted() {
     assert!(are_found, "{taken} of 150 taken, {found} as near as learned anew");
 }
 
-/// Where next to all samples are too near to something, they are not all checked.
+/// If nearly all samples are too near to something, not all of them are checked.
 #[test]
 fn a_larger_clearance_costs_a_descent() {
     for (name, labels) in [("shelf-arm", 150_000), ("planar-arm", 6_000)] {

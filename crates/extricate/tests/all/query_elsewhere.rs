@@ -1,4 +1,4 @@
-//! Queries from frame to frame, and in scenes that are not the one that was learned.
+//! Queries from frame to frame, and in scenes other than the learned one.
 
 use std::ops::ControlFlow;
 
@@ -22,7 +22,7 @@ use crate::memory::{chain, collision, learned, scene};
 use crate::query::{ask, colliding};
 use crate::query_changed::{obstacle, with_another};
 
-/// Frames along the way from each colliding configuration to the next.
+/// Returns frames along the way from each colliding configuration to the next.
 fn frames(model: &Solver, targets: usize, between: usize) -> Vec<Config> {
     let space = model.scene().space();
     let targets = colliding(model, targets);
@@ -43,7 +43,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         ("free-box", MetricKind::ObjectNorm, FREE_BOX_STREAM_AS_NEAR_PERCENT),
     ] {
         let scene = builtin::scene(name).unwrap().with_metric(metric);
-        // Nothing but what is found ends either.
+        // A gap of 0 lets no proved bound end either search.
         let model = learned(scene, 6_000, 7).options(QueryOptions::default().gap(0.0)).unwrap();
         let mut stream = model.stream(StreamOptions::default()).unwrap();
         let mut check = CheckScratch::default();
@@ -61,7 +61,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
             (spent, alone) = (spent + answer.checks, alone + single.checks);
             as_near += usize::from(answer.depth <= 1.01 * single.depth);
             if i % 30 == 29 {
-                // Standing still: every start is looked at within four frames.
+                // While the query stands still, every start is tried within four frames.
                 let last = (0..4).map(|_| stream.query(q).unwrap()).last().unwrap();
                 settled += usize::from(last.depth <= 1.01 * single.depth);
             }
@@ -76,9 +76,9 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
     }
 }
 
-/// With exits, of which most are given up by their planes once the exit of the last frame is known;
-/// narrow queries are about as cheap by themselves. (Queries of the arm alone take two thirds of
-/// the checks that they took before they began with separating directions, frames as many: hence
+/// Once the exit of the last frame is known, the contact planes of most solved samples prune them;
+/// single queries in narrow places are about as cheap. (Since single queries of the arm begin with
+/// separating directions, they take two thirds of the checks, and frames as many as before: hence
 /// 40, not 30.)
 #[test]
 fn a_stream_of_a_model_with_exits_is_cheaper_and_as_near() {
@@ -104,7 +104,7 @@ fn a_stream_of_a_model_with_exits_is_cheaper_and_as_near() {
     }
 }
 
-/// An obstacle that moves from frame to frame, while the configuration stands still.
+/// An obstacle moves from frame to frame while the configuration stands still.
 #[test]
 fn a_stream_goes_on_while_obstacles_move() {
     let model = learned(builtin::scene("planar-arm").unwrap(), 6_000, 7);
@@ -137,7 +137,7 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
             continue;
         }
         asked += 1;
-        // To and fro between two exits that are about as near.
+        // Frames alternate between two exits that are about as near.
         let frame = |i: usize| {
             let mut at = q.to_vec();
             space.interpolate(&q, &two.exits[i % 2].witness, 0.15, &mut at);
@@ -165,7 +165,7 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
     assert!(asked >= HYSTERESIS_QUERIES && are_fewer, "{held} turns with hysteresis, {free} without, {asked} places");
 }
 
-/// The built-in scene with its last obstacle elsewhere.
+/// Returns the built-in scene with its last obstacle shifted by `by`.
 fn moved(name: &str, by: [f64; 3]) -> Scene {
     let scene = builtin::scene(name).unwrap();
     let obstacle = obstacle(&scene);
@@ -191,7 +191,7 @@ fn answers_in_a_changed_scene_are_verified_there() {
             as_near += usize::from(answer.depth <= 1.05 * best);
             let nearest = ask(&changed, q, &QueryOptions::default().effort(Effort::Nearest));
             assert!(nearest.verified && changed.checker().label(&nearest.witness, &mut check) == Label::Free);
-            // Both end in the same exit, to the digits that last descents go to.
+            // Both end in the same exit, to the digits that last descents reach.
             assert!(nearest.depth >= (1.0 - 1e-4) * answer.depth, "{} {}", nearest.depth, answer.depth);
             single.push(Some(answer));
         }
@@ -205,7 +205,7 @@ fn answers_in_a_changed_scene_are_verified_there() {
     }
 }
 
-/// A pair of one scene may have the number of another one in the next, of bodies of more pieces.
+/// The next scene may use the number of a pair for another one, with bodies of more pieces.
 #[test]
 fn one_scratch_serves_scene_after_scene() {
     let model = learned(builtin::scene("shelf-arm").unwrap(), 6_000, 7);
@@ -224,8 +224,8 @@ fn one_scratch_serves_scene_after_scene() {
     }
 }
 
-/// How many of the stored samples have to be checked in order of distance until one is free, and
-/// the distance to that one.
+/// Returns how many of the stored samples have to be checked in order of distance until one is
+/// free, and the distance to that one.
 fn nearest_free_sample(model: &Solver, changed: &Solver, q: &Config) -> (usize, f64) {
     let samples = model.model().unwrap().boundary().configs().chunks_exact(model.scene().space().nq());
     let mut ranked: Vec<_> = samples.map(|sample| (model.metric().distance(q, sample), sample)).collect();
@@ -239,11 +239,11 @@ fn nearest_free_sample(model: &Solver, changed: &Solver, q: &Config) -> (usize, 
 #[test]
 fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
     let model = learned(builtin::scene("planar-arm").unwrap(), 6_000, 7);
-    // Most samples lie nearer than that to something.
+    // Most samples are nearer than this clearance to something.
     let wider = builtin::scene("planar-arm").unwrap().with_clearance(1e-3).unwrap();
     let changed = model.with_scene(wider).unwrap();
-    // So many are looked at in order of distance; of the checks of a first witness, the first exit
-    // takes the rest.
+    // This many samples are checked in order of distance; the first exit takes the other checks of
+    // a first witness.
     let in_order = 16;
     let (mut longest, mut nearer) = (0, 0);
     for q in colliding(&model, 40) {
@@ -261,7 +261,7 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
                 nearer += usize::from(answer.depth < distance);
             }
             assert!(answer.lower_bound > 0.0 && answer.lower_bound <= full.depth);
-            // The query itself, the samples or descents, and contacts at the witness.
+            // These are the query itself, the samples or descents, and contacts at the witness.
             assert!(answer.checks <= first + 1, "{} checks, {rank} samples", answer.checks);
         }
         let mut last = f64::INFINITY;
@@ -292,7 +292,7 @@ fn a_scene_in_which_nothing_is_free_has_no_answer_and_one_of_other_joints_is_ref
     assert!(refused(&model, builtin::scene("shelf-arm").unwrap()).contains("joint"));
     let other = builtin::scene("planar-arm").unwrap().with_metric(MetricKind::ObjectNorm);
     assert!(refused(&model, other).contains("metric"));
-    // A link is elsewhere on its joint.
+    // A link is mounted elsewhere on its joint.
     let arm = |x: f64| {
         let link = collision([x, 0.0, 0.0], [0.0; 3], "<box size=\"0.4 0.1 0.1\"/>");
         let urdf = chain(&[("revolute", [0.0; 3], [0.0, 0.0, 1.0], -3.0, 3.0, &link)]);

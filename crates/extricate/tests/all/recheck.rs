@@ -1,6 +1,6 @@
 //! A second opinion on configurations: another library's distances over every checked pair, with
-//! nothing remembered and nothing skipped. Slow. It shares the scene's poses and shapes with the
-//! checker, and no code that decides.
+//! nothing remembered and nothing skipped. It is slow. It shares the scene's poses and shapes with
+//! the checker, but no code that decides.
 
 use extricate::Scene;
 use extricate::geometry::{Geometry, Pose, TriangleMesh};
@@ -10,7 +10,7 @@ use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
 use parry3d_f64::query::{self, ClosestPoints};
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape, TriMesh};
 
-/// The shapes of every body of a scene.
+/// Shapes of all bodies of a scene, as the other library represents them.
 pub struct Recheck<'a> {
     scene: &'a Scene,
     bodies: Vec<Vec<Part>>,
@@ -19,21 +19,21 @@ pub struct Recheck<'a> {
 struct Part {
     pose_frame_shape: Pose,
     shape: Box<dyn Shape>,
-    /// Around the shape, in its own coordinates: centre and radius \[m\].
+    /// Ball around the shape, in its own coordinates: centre and radius \[m\].
     ball: (Vec3, f64),
-    /// Closed meshes hold what is inside of them; a surface does not tell.
+    /// Whether the shape is a mesh, whose surface does not show what is inside of it.
     is_mesh: bool,
 }
 
-/// Distances of another library differ by rounding and its own tolerances \[m\].
+/// Slack for rounding and for the other library's own tolerances \[m\].
 pub const SLACK: f64 = 2e-6;
 
 impl<'a> Recheck<'a> {
-    /// Prepares every body.
+    /// Prepares the shapes of every body.
     pub fn new(scene: &'a Scene) -> Self {
         let bodies = scene.bodies().iter().map(|body| {
             let part = |part: &extricate::internals::scene::Part| {
-                // Its cylinders stand along y.
+                // Cylinders of the other library stand along y.
                 let upright = Pose::from_xyz_rpy([0.0; 3], [std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
                 let is_cylinder = matches!(part.geometry, Geometry::Cylinder { .. });
                 let pose = if is_cylinder { part.pose_frame_part.then(&upright) } else { part.pose_frame_part };
@@ -52,8 +52,8 @@ impl<'a> Recheck<'a> {
         Self { scene, bodies: bodies.collect() }
     }
 
-    /// Distance \[m\] of every checked pair, 0 where it overlaps; distances above `far` count as
-    /// `far`. Surfaces of meshes only.
+    /// Returns the distance \[m\] of every checked pair, 0 if it overlaps; distances above `far`
+    /// count as `far`. Meshes count as surfaces.
     pub fn distances(&self, q: &[f64], far: f64) -> Vec<f64> {
         let mut poses = Vec::new();
         forward(self.scene, q, &mut poses);
@@ -73,7 +73,7 @@ impl<'a> Recheck<'a> {
                 if centers - first.ball.1 - second.ball.1 >= least {
                     continue;
                 }
-                // Told how far to look, it leaves out what is farther: a distance alone would
+                // With a limit the library skips what is farther; a distance without one would
                 // measure everything.
                 let found = query::closest_points(&moved(&a), &*first.shape, &moved(&b), &*second.shape, least);
                 least = match found.expect("these shapes have closest points") {
@@ -86,15 +86,15 @@ impl<'a> Recheck<'a> {
         least
     }
 
-    /// Whether a mesh is among the bodies of a pair: one may hold the other without their surfaces
-    /// touching.
+    /// Returns whether a mesh is among the bodies of a pair: one may contain the other without
+    /// touching surfaces.
     pub fn has_mesh(&self, pair: usize) -> bool {
         let pair = &self.scene.pairs()[pair];
         [pair.first, pair.second].iter().any(|&body| self.bodies[body].iter().any(|part| part.is_mesh))
     }
 
-    /// Whether this library agrees that `q` is free. Distances above the clearance count as equal:
-    /// they decide nothing, and balls around the shapes rule most of them out.
+    /// Returns whether the other library agrees that `q` is free. Distances above the clearance
+    /// count as equal: they decide nothing, and balls around the shapes rule most of them out.
     pub fn agrees_free(&self, q: &[f64]) -> bool {
         let far = self.scene.clearance() + 2.0 * SLACK;
         self.distances(q, far).iter().all(|distance| *distance >= self.scene.clearance() - SLACK)
@@ -110,8 +110,8 @@ fn shape(geometry: &Geometry) -> Box<dyn Shape> {
         Geometry::Capsule { radius, half_length } => Box::new(Capsule::new_z(*half_length, *radius)),
         Geometry::Mesh(mesh) => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a mesh")),
         Geometry::ConvexHull(mesh) => {
-            // Where its convexity test is too strict for a hull's rounding, the surface tells as
-            // much of free configurations.
+            // If the library's convexity test rejects a hull because of rounding, the surface
+            // decides as well for free configurations.
             match ConvexPolyhedron::from_convex_mesh(points(mesh), &mesh.triangles) {
                 Some(hull) => Box::new(hull),
                 None => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a hull")),

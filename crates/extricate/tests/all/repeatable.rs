@@ -1,5 +1,5 @@
-//! Equal questions have equal answers, to the last bit: whatever was asked before, in whatever
-//! order, with whatever memory, of raw meshes too.
+//! Equal queries have equal answers to the last bit: whatever was computed before, in whatever
+//! order, with whatever memory, and for raw meshes too.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -13,12 +13,12 @@ use extricate::{
 
 use crate::memory::learn;
 
-/// Two fingers of two links each, all of them brackets of triangles, and a ring of triangles
+/// Makes two fingers of two links each, all of them brackets of triangles, and a ring of triangles
 /// between them.
 pub fn gripper() -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    // An L, extruded.
+    // The bracket is an extruded L.
     let corners = [[0.0, 0.0], [0.02, 0.0], [0.02, 0.05], [0.045, 0.05], [0.045, 0.07], [0.0, 0.07]];
     let mut bracket = String::new();
     for y in [-0.01, 0.01] {
@@ -58,7 +58,7 @@ pub fn gripper() -> Scene {
     io::load_scene(folder.path().join("s.toml")).unwrap()
 }
 
-/// A ring around y of so many sides, as an OBJ.
+/// Writes a ring around y with this number of sides, as an OBJ.
 fn ring(sides: usize, radii: [f64; 2], half: f64) -> String {
     let mut text = String::new();
     for side in 0..sides {
@@ -77,8 +77,7 @@ fn ring(sides: usize, radii: [f64; 2], half: f64) -> String {
     text
 }
 
-/// What is asked, each with memory that it shares with the others: that of the solver, and that of
-/// checks.
+/// One kind of query. It shares the memory of the solver and of checks with the other kinds.
 type Question = fn(&Solver, &Config, &mut CheckScratch) -> String;
 
 fn text(answer: impl Debug) -> String {
@@ -89,7 +88,7 @@ fn query(solver: &Solver, q: &Config, options: QueryOptions) -> String {
     text(solver.clone().options(options).unwrap().query(q))
 }
 
-/// The configuration of the arms is one of four joints.
+/// Queries of every kind, by name; the fixed configurations have the gripper's four joints.
 const QUESTIONS: [(&str, Question); 10] = [
     ("refined", |solver, q, _| query(solver, q, QueryOptions::default())),
     ("exits", |solver, q, _| query(solver, q, QueryOptions::default().exits(3).segment(true).free_radius(true))),
@@ -127,7 +126,6 @@ const QUESTIONS: [(&str, Question); 10] = [
     }),
 ];
 
-/// Colliding configurations of the gripper.
 fn colliding(world: &Solver, count: usize) -> Vec<Config> {
     let space = world.scene().space();
     let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()], CheckScratch::default());
@@ -139,7 +137,7 @@ fn colliding(world: &Solver, count: usize) -> Vec<Config> {
     drawn.take(count).collect()
 }
 
-/// All questions of all configurations, in this order of the questions.
+/// Answers all questions about all configurations, in this order of the questions.
 fn asked<'a>(solver: &Solver, configs: &[Config], order: impl Iterator<Item = &'a usize>) -> Vec<Vec<String>> {
     let (mut memory, mut answers) =
         (CheckScratch::default(), vec![vec![String::new(); configs.len()]; QUESTIONS.len()]);
@@ -174,7 +172,7 @@ fn answers_do_not_depend_on_what_was_asked_before() {
         let found = asked(&alone, &configs, std::iter::once(question));
         assert_equal(&expected[*question..=*question], &found[*question..=*question], "asked alone");
     }
-    // Prepared for another scene, which shares the pieces of links.
+    // This solver is prepared for another scene, which shares the pieces of links.
     let moved = world.with_scene(scene.with_obstacles([]).unwrap()).unwrap();
     moved.prepare();
     assert_equal(&expected, &asked(&moved.with_scene(scene).unwrap(), &configs, forward.iter()), "shared bodies");

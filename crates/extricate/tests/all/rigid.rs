@@ -12,22 +12,22 @@ use crate::memory::{chain, collision, learned, scene};
 use crate::query;
 
 /// Half the side of the hole, from face to face of the block.
-const HOLE: f64 = 0.75;
+const HOLE_HALF_SIDE: f64 = 0.75;
 /// Half the peg's side, and half its length.
-const PEG: [f64; 2] = [0.5, 2.25];
+const PEG_HALF_SIZES: [f64; 2] = [0.5, 2.25];
 /// Half the block's side, and half its height.
-const BLOCK: [f64; 2] = [5.0, 1.5];
-/// Of learning: of 60 refined answers in the hole, 53 to 57 are near with seeds 1 to 5.
-const SEEDS: [u64; 2] = [2, 3];
+const BLOCK_HALF_SIZES: [f64; 2] = [5.0, 1.5];
+/// Seeds of learning; with seeds 1 to 5, 53 to 57 of 60 refined answers in the hole are near.
+const LEARNING_SEEDS: [u64; 2] = [2, 3];
 
-/// The block is one mesh, concave; `metric` is the metric's name and `robot` more lines about the
-/// robot.
+/// Makes the scene: the block is one concave mesh, `metric` is the metric's name and `robot` more
+/// lines about the robot.
 fn peg_and_block(robot: &str, urdf: String, metric: &str) -> Scene {
     let toml = format!(
         "metric = {{ kind = \"{metric}\" }}\n[[robot]]\nurdf = \"peg.urdf\"\n{robot}\n\
          [[obstacle]]\nname = \"block\"\nshape = {{ mesh = \"block.obj\" }}\npose = {{ rpy = [0, 0, 0.7853981633974483] }}\n"
     );
-    let block = ring(HOLE, BLOCK[0] * SQRT_2, BLOCK[1], 4);
+    let block = ring(HOLE_HALF_SIDE, BLOCK_HALF_SIZES[0] * SQRT_2, BLOCK_HALF_SIZES[1], 4);
     scene(&toml, &[("peg.urdf", urdf), ("block.obj", block)])
 }
 
@@ -35,8 +35,8 @@ fn peg() -> String {
     collision([0.0; 3], [0.0; 3], "<box size=\"1 1 4.5\"/>")
 }
 
-/// Upright and only translated, it may be beyond a face of the block, or within the hole: distances
-/// to both are known everywhere.
+/// The peg is upright and only translated. It may be beyond a face of the block or within the hole,
+/// and the distances to both are known everywhere.
 #[test]
 fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
     let shape = peg();
@@ -46,9 +46,9 @@ fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
         ("prismatic", [0.0; 3], [0.0, 0.0, 1.0], -5.0, 5.0, &shape),
     ]);
     let model = learned(peg_and_block("", urdf, "joint"), 40_000, 1);
-    let side = BLOCK[0] + PEG[0] + CLEARANCE;
-    let height = BLOCK[1] + PEG[1] + CLEARANCE;
-    let play = HOLE - PEG[0] - CLEARANCE;
+    let side = BLOCK_HALF_SIZES[0] + PEG_HALF_SIZES[0] + CLEARANCE;
+    let height = BLOCK_HALF_SIZES[1] + PEG_HALF_SIZES[1] + CLEARANCE;
+    let play = HOLE_HALF_SIDE - PEG_HALF_SIZES[0] - CLEARANCE;
     compare(&model, 400, |q| {
         let outside = [side - q[0].abs(), side - q[1].abs(), height - q[2].abs()];
         let to_hole = (q[0].abs() - play).max(0.0).hypot((q[1].abs() - play).max(0.0));
@@ -56,10 +56,10 @@ fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
     });
 }
 
-/// Poses whose nearest exit is known under the root mean square displacement: a face of the peg
-/// lies in a flat face of the block, all of its corners as deep, evenly around the peg's centre. A
-/// motion that lifts the corners by `d` on average moves the centre by `d`, and turning costs more;
-/// so the depth is that of the face.
+/// The nearest exits of these poses are known under the root mean square displacement. A face of
+/// the peg lies in a flat face of the block, with all of its corners as deep, evenly around the
+/// peg's centre. A motion that lifts the corners by `d` on average moves the centre by `d`, and
+/// rotation costs more. So the depth is that of the face.
 #[test]
 fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
     let urdf = format!("<robot name=\"peg\"><link name=\"peg\">{}</link></robot>", peg());
@@ -67,29 +67,29 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
     let numbers = Halton::new(3, 1);
     let efforts = [Effort::Refined, Effort::Exhaustive];
     let (mut worst, mut in_hole) = ([0.0f64; 2], [0; 2]);
-    for seed in SEEDS {
+    for seed in LEARNING_SEEDS {
         let model = learned(peg_and_block(floating, urdf.clone(), "object-norm"), 60_000, seed);
         for i in 0..60 {
             let [a, b, c] = std::array::from_fn(|k| numbers.coordinate(i, k));
             let depth = 0.22 + 0.02 * a;
             let (sin, cos) = (3.0 * c).sin_cos();
-            // Standing on top of the block, any way round; or lying below it, turned by a quarter
-            // about x first.
+            // The peg stands on top of the block, any way round, or lies below it after a quarter
+            // rotation about x.
             let (place, turn) = if i % 2 == 0 {
-                ([-3.0 + b, 3.0 - c, BLOCK[1] + PEG[1] - depth], [0.0, 0.0, sin, cos])
+                ([-3.0 + b, 3.0 - c, BLOCK_HALF_SIZES[1] + PEG_HALF_SIZES[1] - depth], [0.0, 0.0, sin, cos])
             } else {
                 let turn = [cos, sin, sin, cos].map(|x| x * FRAC_1_SQRT_2);
-                ([-2.5 + b, 2.5 - c, -(BLOCK[1] + PEG[0] - depth)], turn)
+                ([-2.5 + b, 2.5 - c, -(BLOCK_HALF_SIZES[1] + PEG_HALF_SIZES[0] - depth)], turn)
             };
             for (k, effort) in efforts.into_iter().enumerate() {
                 let error = ask(&model, &place, &turn, depth, effort).depth - depth - CLEARANCE;
                 worst[k] = worst[k].max(error);
             }
 
-            // In the hole, into one of its four walls; turned by multiples of a right angle, which
-            // changes nothing. Hardly any sample is in there: the exit along the wall is found from
-            // the query alone, or not.
-            let (into, along) = (HOLE - PEG[0] + depth, 0.4 * (b - 0.5));
+            // In the hole, the peg enters one of its four walls; rotation by multiples of a right
+            // angle changes nothing. Hardly any sample is in there, so the exit along the wall has
+            // to be found from the query alone.
+            let (into, along) = (HOLE_HALF_SIDE - PEG_HALF_SIZES[0] + depth, 0.4 * (b - 0.5));
             let turn = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]][i as usize % 2];
             let walls = [[into, along, 0.0], [-into, along, 0.0], [along, into, 0.0], [along, -into, 0.0]];
             for (k, effort) in efforts.into_iter().enumerate() {
@@ -102,7 +102,7 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
         println!(
             "generalised depths of the peg, 0.22 to 0.24, {effort:?}, {} seeds of learning, 60 poses each: largest error at the block's \
              faces {:.1e}; in its hole {} within 0.01",
-            SEEDS.len(),
+            LEARNING_SEEDS.len(),
             worst[k],
             in_hole[k]
         );
@@ -113,7 +113,7 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
     assert!(in_hole[0] >= refined && in_hole[1] >= exhaustive, "{in_hole:?}");
 }
 
-/// The answer for a pose of depth `depth` and the clearance; its witness is checked.
+/// Returns the answer for a pose of depth `depth` and the clearance, and checks its witness.
 fn ask(model: &Solver, place: &[f64; 3], turn: &[f64; 4], depth: f64, effort: Effort) -> Answer {
     let q = model.scene().space().config(&[&place[..], &turn[..]].concat()).unwrap();
     let answer = query::ask(model, &q, &QueryOptions::default().effort(effort));

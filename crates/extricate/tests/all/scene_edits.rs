@@ -1,5 +1,4 @@
-//! Scenes with something changed, attached objects, clearances of pairs, and solvers that share
-//! what is prepared.
+//! Edited scenes, attached objects, clearances of pairs, and solvers that share what is prepared.
 
 use std::path::Path;
 
@@ -11,7 +10,7 @@ use extricate::{Answer, PairId, Scene, Solver, builtin};
 
 use crate::baselines::PAIR_CLEARANCE_BOUND_METRES;
 
-/// A palm on a rail along x, with two fingers that open along y.
+/// A robot: a palm on a rail along x, with two fingers that open along y.
 const GRIPPER: &str = r#"<robot name="gripper"><link name="rail"/>
     <link name="palm"><collision><geometry><box size="0.1 0.2 0.1"/></geometry></collision></link>
     <link name="left"><collision><geometry><box size="0.1 0.02 0.05"/></geometry></collision></link>
@@ -67,7 +66,7 @@ fn what_a_link_holds_moves_with_it_and_may_touch_what_is_named() {
         assert!((answer.witness[0] + 1e-4).abs() < 1e-5 && answer.lower_bound <= answer.depth);
         assert!(ask(&world, &[-0.001, 0.025]).is_free());
     }
-    // Not checked against the fingers alone: a bar across the palm's side hits what stands there.
+    // Without the exceptions for the fingers, a bar across the palm's side hits them.
     let held = gripper("", "").attached(rod(), "palm", &[]).unwrap();
     assert_eq!(colliding(&ask(&Solver::new(held.clone()), &[-0.5, 0.025]), &held), ["left rod", "right rod"]);
     let let_go = held.without(["rod"]).unwrap();
@@ -93,13 +92,13 @@ fn pairs_keep_clearances_of_their_own() {
         }
         assert!(ask(&world, &[0.32, 0.0102]).is_free());
     }
-    // Shallow queries of a wide clearance, where bodies are near and do not overlap.
+    // Shallow queries of a wide clearance: the bodies are near and do not overlap.
     let world = Solver::new(gripper("clearance = 0.05", ""));
     for by in [1e-4, 0.01, 0.04, 0.049, 0.06] {
         let answer = ask(&world, &[0.3 + by, 0.06]);
         assert!((answer.depth - by).abs() < 2e-6, "{by}: {answer:?}");
     }
-    // One clearance for all, and the fingers are too near each other.
+    // With one clearance for all pairs, the fingers are too near each other.
     let world = Solver::new(gripper("clearance = 0.02", ""));
     assert!(colliding(&ask(&world, &[0.34, 0.015]), world.scene()).contains(&"left right".to_string()));
 }
@@ -199,7 +198,7 @@ fn table() -> Body {
     )
 }
 
-/// Answers of shared and of new preparation, to the last bit.
+/// Compares answers of shared and of new preparation, to the last bit.
 #[test]
 fn solvers_that_share_answer_as_new_ones() {
     for name in ["shelf-arm", "hand", "dual-arm"] {

@@ -1,5 +1,5 @@
-//! Clouds, grids, half-spaces and the ground, each as one body: against the same as separate
-//! obstacles, and against closed forms.
+//! Clouds, grids, half-spaces and the ground, each as one body: compared with separate obstacles,
+//! and with closed forms.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,8 +17,8 @@ use crate::baselines::{
     VOXELS_COLLIDING_SHARE,
 };
 
-/// An arm of four links that turn: a box, a cylinder, a capsule and a ball; `{last}` stands for a
-/// fifth.
+/// An arm of four revolute links: a box, a cylinder, a capsule, and `{last}` in place of the fourth
+/// shape.
 const ARM: &str = r#"<robot name="arm"><link name="base"/>
 <link name="a"><collision><origin xyz="0 0 0.2"/><geometry><box size="0.12 0.08 0.36"/></geometry></collision></link>
 <link name="b"><collision><origin xyz="0 0 0.15"/><geometry><cylinder radius="0.05" length="0.26"/></geometry></collision></link>
@@ -30,7 +30,7 @@ const ARM: &str = r#"<robot name="arm"><link name="base"/>
 <joint name="j4" type="revolute"><parent link="c"/><child link="d"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/><limit lower="-2.8" upper="2.8" effort="1" velocity="1"/></joint>
 </robot>"#;
 
-/// Two boxes that make an angle: a closed mesh that is not convex.
+/// Writes two boxes at an angle: a closed mesh that is not convex.
 fn bracket() -> String {
     let mut text = String::new();
     for (k, (center, half)) in
@@ -72,15 +72,15 @@ fn rows(rows: &[[f64; 3]]) -> String {
 fn cloud(count: usize, seed: u64) -> Vec<[f64; 3]> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut near = || 2.0 * rng.random::<f64>() - 1.0;
-    // Not where the arm always is.
+    // Points where the arm always is are left out.
     let all = std::iter::from_fn(|| Some([near(), near(), 0.2 + near()]));
     all.filter(|p| p[0].hypot(p[1]) > 0.25).take(count).collect()
 }
 
-/// A pose that turns everything, so that nothing is true of axes alone.
+/// A pose that rotates about every axis, so that no result holds along the axes alone.
 const POSE: &str = "pose = { xyz = [0.1, -0.05, 0.02], rpy = [0.3, -0.2, 0.7] }";
 
-/// Labels and distances of both at so many configurations; how many collide.
+/// Asserts equal labels and distances of both at `count` configurations; returns how many collide.
 fn assert_same(one: &Checker, many: &Checker, count: u64) -> usize {
     let space = one.scene().space();
     let (halton, mut q) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()]);
@@ -107,7 +107,7 @@ fn a_cloud_is_as_many_balls() {
             rows(&points)
         );
         let pose = extricate::geometry::Pose::from_xyz_rpy([0.1, -0.05, 0.02], [0.3, -0.2, 0.7]);
-        // A ball needs a radius: of a point it is one of a tenth of a nanometre.
+        // A ball needs a radius, so a point becomes one of a tenth of a nanometre.
         let size = f64::max(radius, 1e-10);
         let ball = |(k, p): (usize, &[f64; 3])| {
             let at = <[f64; 3]>::from(pose.point(&Vec3::from(*p)));
@@ -127,7 +127,7 @@ fn voxels_are_as_many_boxes() {
     for (last, count) in [(BALL, 10_000), (BRACKET, 10_000)] {
         let size = 0.06;
         let mut cells: Vec<[f64; 3]> = cloud(200, 7).iter().map(|p| p.map(|x| (x / size).floor())).collect();
-        // Some of them side by side.
+        // Some cells are side by side.
         cells.extend((0..30).map(|k| [6.0 + f64::from(k % 3), -2.0 + f64::from(k / 3 % 5), 3.0 + f64::from(k / 15)]));
         let whole: Vec<[i32; 3]> = cells.iter().map(|c| c.map(|x| x as i32)).collect();
         let one = format!("[[obstacle]]\nname = 'map'\nshape = {{ voxels = {whole:?}, size = {size} }}\n{POSE}\n");
@@ -176,8 +176,8 @@ fn labels_of_scenery_allocate_nothing() {
     }
 }
 
-/// As of all scenes: a query asks for the lists of its answer, and no more once the memory of
-/// its solver has grown.
+/// Queries among scenery, too, allocate only the lists of their answers, once the memory of their
+/// solver has grown.
 #[test]
 fn queries_among_scenery_allocate_their_answers_alone() {
     let obstacles = format!(
@@ -206,7 +206,7 @@ fn queries_among_scenery_allocate_their_answers_alone() {
 /// The pose of a height field of 3 m a side, tilted a little.
 const TILTED: &str = "pose = { xyz = [-1.4, -1.6, -0.36], rpy = [0.1, -0.05, 0.2] }";
 
-/// A height field of `n` cells a side, and the same ground as a closed mesh with a floor 6 m below.
+/// Writes a height field of `n` cells a side, and the same as a closed mesh with a floor 6 m below.
 fn ground(n: usize, height: impl Fn(f64, f64) -> f64) -> (String, String) {
     let side = 3.0 / n as f64;
     let at = |i: usize, j: usize| height(i as f64 * side - 1.5, j as f64 * side - 1.5);
@@ -303,7 +303,7 @@ fn a_half_space_is_a_large_box() {
             let labels = [half.label(&q, &mut a), large.label(&q, &mut b)];
             let distances = [half.clearance(&q, &mut a), large.clearance(&q, &mut b)];
             assert_eq!(labels[0], labels[1], "{k}: {distances:?}");
-            // Of meshes that overlap, distances are estimates.
+            // Distances of overlapping meshes are estimates.
             if distances[1] > 0.0 || last == BALL {
                 assert!((distances[0] - distances[1]).abs() < 1e-7, "{k}: {distances:?}");
             }

@@ -1,5 +1,5 @@
-//! Exits of clouds, grids, half-spaces and the ground: depths that are known, proofs, and the
-//! same map in two ways.
+//! Exits from clouds, grids, half-spaces and the ground: known depths, proofs, and the same map in
+//! two forms.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::baselines::{
 use crate::memory::learn;
 use crate::query;
 
-/// A ball of 0.1 m that slides along three axes.
+/// A robot: a ball of 0.1 m that slides along three axes.
 const BALL: &str = r#"<robot name="ball"><link name="w"/><link name="x"/><link name="y"/>
 <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <joint name="jx" type="prismatic"><parent link="w"/><child link="x"/><axis xyz="1 0 0"/><limit lower="-5" upper="5" effort="1" velocity="1"/></joint>
@@ -26,7 +26,7 @@ fn scene_of(urdf: &str, obstacles: &str) -> Scene {
     assemble(Path::new("scene.toml"), &text, &mut |_: &Path| Ok(urdf.as_bytes().to_vec())).unwrap()
 }
 
-/// The nearest exit, whatever is proved on the way.
+/// Returns the nearest exit, without a gap that ends the search.
 fn ask(world: &Solver, q: &[f64]) -> Answer {
     let q = world.scene().space().config(q).unwrap();
     let answer = query::ask(world, &q, &QueryOptions::default().gap(0.0));
@@ -69,7 +69,7 @@ fn a_leaning_half_space_is_left_along_its_normal() {
     assert!(answer.lower_bound > 0.999 * expected - 1e-4, "{} {expected}", answer.lower_bound);
 }
 
-/// The waves of which an open mesh was found free 0.4 m below: `z = 0.2 sin 2x cos 2y`.
+/// An open mesh of these waves, `z = 0.2 sin 2x cos 2y`, was found free 0.4 m below them.
 #[test]
 fn below_waves_nothing_is_free() {
     let at = |i: usize, j: usize| {
@@ -89,7 +89,7 @@ fn below_waves_nothing_is_free() {
         let answer = ask(&world, &q);
         let is_tight = answer.lower_bound > WAVES_BOUND_SHARE * answer.depth;
         assert!(is_tight, "{} {}", answer.lower_bound, answer.depth);
-        // As far as the least way in fine steps of where it might end.
+        // The depth is the least one over a fine grid of possible ends.
         let mut least = f64::INFINITY;
         for i in -20..=20 {
             for j in -20..=20 {
@@ -107,7 +107,7 @@ fn below_waves_nothing_is_free() {
     }
 }
 
-/// An arm of seven joints, and the cells of a table top with two boxes on it, of 5 cm.
+/// Returns an arm of seven joints, and the cells of 5 cm of a table top with two boxes on it.
 fn small_map() -> (String, Vec<[i32; 3]>) {
     let (mut urdf, mut parent, mut below) =
         (String::from("<robot name='arm'><link name='base'/>"), "base".to_string(), 0.1);
@@ -131,8 +131,8 @@ fn small_map() -> (String, Vec<[i32; 3]>) {
     (urdf + "</robot>", cells)
 }
 
-/// The same map of 300 voxels as one body and as 300: the labels are the same, the pairs are few,
-/// and so is the exit.
+/// A map of 300 voxels as one body has the labels of 300 bodies, few pairs, and exits about as
+/// near.
 #[test]
 fn a_map_of_voxels_is_one_body() {
     let (urdf, cells) = small_map();
@@ -170,7 +170,7 @@ fn a_map_of_voxels_is_one_body() {
     assert!(are_near, "{ratios:?}");
 }
 
-/// Learning with a map takes the pairs of one body; what it learns answers in other maps too.
+/// Learning with a map uses the pairs of one body, and the model answers in other maps too.
 #[test]
 fn a_map_of_voxels_is_learned_as_one_body() {
     let (urdf, cells) = small_map();
@@ -204,7 +204,7 @@ fn the_robots_own_points_are_left_out() {
         "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.2 }\npose = { xyz = [1, 0, 0] }\n",
     ));
     let mut check = CheckScratch::default();
-    // Upright: capsules of 4 cm along z.
+    // The arm is upright: capsules of 4 cm along z.
     let q = [0.0; 7];
     for padding in [0.0, 0.02, 0.3] {
         let points: Vec<[f64; 3]> = (0..80).map(|k| [0.01 * f64::from(k) + 0.005, 0.0, 0.45]).collect();

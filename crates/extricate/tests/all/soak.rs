@@ -1,5 +1,5 @@
-//! Many queries of every kind, each answer judged by itself and beside others to the same
-//! configuration. The long version is `cargo run --release --example soak`.
+//! Many queries of every kind. Each answer is judged by itself and against other answers to the
+//! same configuration. The long version is `cargo run --release --example soak`.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -14,19 +14,19 @@ use rayon::prelude::*;
 
 use crate::judge::{Hearing, Judge};
 
-/// Kinds of queries, how many of a thousand configurations are asked in each, and how many at
-/// least: enough for streams of every sort.
+/// Kinds of queries, the number of configurations of each per thousand, and their least number,
+/// which is enough for streams of every sort.
 pub const KINDS: [(&str, usize, usize); 7] = [
     ("refined", 500, 1),
     ("nearest", 150, 1),
     ("exits", 100, 1),
-    ("streams", 100, 5 * WALKS),
+    ("streams", 100, 5 * MIN_WALKS),
     ("budgets", 75, 1),
-    ("changed", 70, CHANGES[0]),
+    ("changed", 70, CHANGED_SCENES[0]),
     ("exhaustive", 5, 4),
 ];
 
-/// What was asked in one kind, and how long that and the judging took.
+/// Counts of one kind of queries, and the time that queries and judging took \[s\].
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Count {
     pub configs: usize,
@@ -36,34 +36,34 @@ pub struct Count {
     pub seconds: f64,
 }
 
-/// What went wrong in a run over one scene, in words; and what was asked, by kind.
+/// Faults of a run over one scene, in words, and counts by kind of query.
 #[derive(Debug, Default)]
 pub struct Findings {
     pub counts: BTreeMap<&'static str, Count>,
     pub faults: Vec<String>,
 }
 
-/// Configurations that are asked and judged at once.
-const BLOCK: usize = 1000;
-/// Most frames of one stream, and streams at least.
-const FRAMES: usize = 50;
-const WALKS: usize = 12;
-/// Fewest and most scenes that are made of the one that was learned, one for so many
-/// configurations: raw meshes take long to prepare.
-const CHANGES: [usize; 3] = [2, 8, 1000];
+/// Configurations that are queried and judged at once.
+const BLOCK_CONFIGS: usize = 1000;
+/// Largest number of frames of one stream, and least number of streams.
+const MAX_STREAM_FRAMES: usize = 50;
+const MIN_WALKS: usize = 12;
+/// Least and largest number of scenes made from the learned one, and configurations per scene: raw
+/// meshes take long to prepare.
+const CHANGED_SCENES: [usize; 3] = [2, 8, 1000];
 
-/// One question, in the order in which none may be answered farther away than the one before where
-/// `in_order` says so.
+/// Options to query with, one after the other. If `in_order`, no answer may be farther away than
+/// the one before.
 struct Questions {
     asked: Vec<QueryOptions>,
     in_order: bool,
 }
 
-/// Asks `model` about `count` configurations, in all kinds, and judges every answer. `tell` hears
-/// of progress.
+/// Queries `model` about `count` configurations, in all kinds, and judges every answer. `tell`
+/// receives the progress.
 pub fn soak(model: &Solver, count: usize, tell: &mut dyn FnMut(&Findings)) -> Findings {
     let mut findings = Findings::default();
-    let [fewest, most, each] = CHANGES;
+    let [fewest, most, each] = CHANGED_SCENES;
     let changes = (count / each).clamp(fewest, most);
     let changed: Vec<Solver> = (0..changes as u64).map(|seed| change(model, seed)).collect();
     let judge = Judge::new(model.scene(), false);
@@ -75,7 +75,7 @@ pub fn soak(model: &Solver, count: usize, tell: &mut dyn FnMut(&Findings)) -> Fi
         let (mut done, mut blocks) = (0, 0);
         while done < of_kind {
             let each = if kind == "changed" { of_kind.div_ceil(changed.len()) } else { of_kind };
-            let configs = configs(model, first, BLOCK.min(each).min(of_kind - done));
+            let configs = configs(model, first, BLOCK_CONFIGS.min(each).min(of_kind - done));
             (first, done) = (first + configs.len() as u64, done + configs.len());
             let started = std::time::Instant::now();
             let (answers, colliding, faults) = match kind {
@@ -121,7 +121,7 @@ fn questions(kind: &str) -> Questions {
     Questions { asked, in_order }
 }
 
-/// Low-discrepancy configurations from index `first` on.
+/// Returns low-discrepancy configurations from index `first` on.
 fn configs(model: &Solver, first: u64, count: usize) -> Vec<Config> {
     let space = model.scene().space();
     let (halton, mut q) = (Halton::new(space.nv(), 17), vec![0.0; space.nq()]);
@@ -132,10 +132,10 @@ fn configs(model: &Solver, first: u64, count: usize) -> Vec<Config> {
     (first..first + count as u64).map(config).collect()
 }
 
-/// Answers, how many of the configurations collide, faults.
+/// Number of answers, number of colliding configurations, and faults.
 type Judged = (usize, usize, Vec<String>);
 
-/// Asks all questions of all configurations, each question as one batch, and judges the answers.
+/// Answers all questions about all configurations, one batch each, and judges the answers.
 fn block(solver: &Solver, judge: &Judge, questions: &Questions, configs: &[Config]) -> Judged {
     let mut faults = Vec::new();
     let answers: Vec<Vec<Option<Answer>>> = questions
@@ -183,12 +183,12 @@ fn block(solver: &Solver, judge: &Judge, questions: &Questions, configs: &[Confi
     (answered, colliding, faults)
 }
 
-/// Streams through walks that begin at some of `configs` that collide, one judged frame for each of
-/// them.
+/// Runs streams along walks that begin at some of the colliding `configs`, with one judged frame
+/// for each of `configs`.
 fn streams(model: &Solver, changed: &[Solver], judges: (&Judge, &[Judge]), configs: &[Config]) -> Judged {
     let mut check = CheckScratch::default();
     let mut collides = |q: &&Config| model.checker().label(q, &mut check) == Label::Colliding;
-    let each = FRAMES.min(configs.len().div_ceil(WALKS));
+    let each = MAX_STREAM_FRAMES.min(configs.len().div_ceil(MIN_WALKS));
     let start = configs.chunks(each).map(|some| (some.iter().find(&mut collides).unwrap_or(&some[0]), some.len()));
     let walks: Vec<(usize, (&Config, usize))> = start.enumerate().collect();
     let judged = walks.par_iter().map(|(index, from)| walk(model, changed, judges, *index, *from));
@@ -200,8 +200,8 @@ fn streams(model: &Solver, changed: &[Solver], judges: (&Judge, &[Judge]), confi
     (answered, colliding, faults)
 }
 
-/// A random walk; every fourth through scenes that change on the way. What is asked differs from
-/// walk to walk.
+/// Runs a random walk; every fourth walk leads through scenes that change. Options differ from walk
+/// to walk.
 fn walk(
     model: &Solver,
     changed: &[Solver],
@@ -227,13 +227,13 @@ fn walk(
         if frame % 10 == 0 {
             step.iter_mut().for_each(|x| *x = rng.random_range(-0.01..0.01));
         }
-        // Some frames stand still.
+        // Every fifth frame stands still.
         if frame % 5 != 4 {
             let mut moved = q.to_vec();
             space.integrate(&q, &step, &mut moved);
             q = space.config(&moved).expect("a step keeps the limits");
         }
-        // In a scene that stays, and where it changes every few frames.
+        // The scene changes every three frames in some walks, and stays in the others.
         let there = (index % 4 == 3).then(|| (frame / 3) % changed.len());
         if frame == frames / 2 {
             stream.restart();
@@ -259,14 +259,14 @@ fn walk(
     (answered, colliding, faults)
 }
 
-/// A fault where there is no answer, though a sample is free.
+/// Returns a fault if there is no answer although a sample is free.
 fn unanswered(solver: &Solver, hearing: &mut Hearing) -> Option<&'static str> {
     let samples = solver.model().expect("one was learned").boundary().configs();
     let mut samples = samples.chunks_exact(solver.scene().space().nq());
     samples.any(|sample| hearing.is_free(sample)).then_some("no answer, though a sample is free")
 }
 
-/// A fault where something free was found nearer than it was proved that nothing is.
+/// Returns a fault if one answer's depth is below another's lower bound.
 fn bounds_disagree(answers: &[&Answer]) -> Option<&'static str> {
     let least = answers.iter().map(|answer| answer.depth).fold(f64::INFINITY, f64::min);
     let proved = answers.iter().map(|answer| answer.lower_bound).fold(0.0, f64::max);
@@ -277,12 +277,13 @@ fn told(fault: &str, q: &Config, options: &QueryOptions, answer: &Answer) -> Str
     format!("{fault}: query {:?}, {options:?}, {answer:?}", &q[..])
 }
 
-/// Every so many samples are looked at to tell whether a change leaves any free, and the share of
-/// these that has to be.
-const STILL_FREE: (usize, f64) = (64, 0.1);
+/// Stride through the stored samples that are checked after a change.
+const SAMPLE_STRIDE: usize = 64;
+/// Least share of the checked samples that a change leaves free.
+const MIN_FREE_SHARE: f64 = 0.1;
 
-/// The scene with an obstacle moved by some centimetres (even seeds), or with one more, somewhere
-/// that the robot comes to and that leaves it free.
+/// Returns the scene with an obstacle moved by some centimetres (even seeds), or with an additional
+/// one in the robot's reach that leaves enough samples free.
 fn change(model: &Solver, seed: u64) -> Solver {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut check = CheckScratch::default();
@@ -300,21 +301,21 @@ fn change(model: &Solver, seed: u64) -> Solver {
             scene.with_obstacles([ball(scene, q, &mut rng)])
         };
         let changed = model.with_scene(scene.expect("an edit")).expect("obstacles alone differ");
-        let samples = samples.chunks_exact(model.scene().space().nq()).step_by(STILL_FREE.0);
+        let samples = samples.chunks_exact(model.scene().space().nq()).step_by(SAMPLE_STRIDE);
         let (looked, checker) = (samples.len() as f64, changed.checker());
         let free = samples.filter(|q| checker.label(q, &mut check) == Label::Free).count();
-        if free as f64 >= STILL_FREE.1 * looked {
+        if free as f64 >= MIN_FREE_SHARE * looked {
             return changed;
         }
     }
 }
 
-/// A ball where some part of the robot is at `q`.
+/// Makes a ball where some part of the robot is at `q`.
 fn ball(scene: &Scene, q: &Config, rng: &mut ChaCha8Rng) -> Body {
     let mut poses = Vec::new();
     scene.poses(q, &mut poses);
     let moving: Vec<usize> = (0..scene.bodies().len()).filter(|&body| scene.bodies()[body].frame != 0).collect();
-    // Of those that move far: the last links.
+    // Only the last links are candidates, since they move far.
     let body = &scene.bodies()[moving[rng.random_range(moving.len() / 2..moving.len())]];
     let center = poses[body.frame].then(&body.parts[0].pose_frame_part).translation;
     let radius = rng.random_range(0.02..0.08);

@@ -1,4 +1,4 @@
-//! Answers of which one claim was spoiled: the judge of the soak test notices each.
+//! Spoils one claim of an answer at a time: the judge of the soak test notices each.
 
 use extricate::{Answer, Config, PairId, QueryOptions, builtin};
 
@@ -36,7 +36,7 @@ const SPOILS: [Spoil; 21] = [
     }),
 ];
 
-/// A configuration far beyond the limits of the second joint; the first has none.
+/// Returns a configuration far beyond the limits of the second joint; the first has none.
 fn far_from(witness: &Config) -> Config {
     let mut far = witness.to_vec();
     far[1] += 100.0;

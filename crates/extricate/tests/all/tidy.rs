@@ -1,11 +1,11 @@
-//! House rules that the compiler does not check: module docs, who may use whom, short functions, no
-//! paths of one machine.
+//! House rules that the compiler does not check: module docs, dependencies between modules, short
+//! functions, no paths of one machine.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What each module of the library may use, nearest first. ARCHITECTURE.md holds the same table.
+/// Modules that each module may use, nearest first. ARCHITECTURE.md has the same table.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("error", &[]),
@@ -62,8 +62,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
 ];
-/// What each room of `query/` may use of the others, in an order in which they can be read.
-const QUERY_ROOMS: &[(&str, &[&str])] = &[
+/// Modules of `query/` that each of them may use, in an order in which they can be read.
+const QUERY_MODULES: &[(&str, &[&str])] = &[
     ("inner_balls", &[]),
     ("qp", &[]),
     ("termination", &[]),
@@ -123,10 +123,10 @@ const QUERY_ROOMS: &[(&str, &[&str])] = &[
 ];
 /// The facade may name every module.
 const FACADE: &str = "lib";
-/// Columns of a line that is a comment, but for code and tables in it.
-const MOST_COLUMNS: usize = 100;
+/// Columns of a comment line, except for code and tables in it.
+const MAX_COLUMNS: usize = 100;
 /// Lines of a function, its signature included.
-const MOST_LINES_OF_A_FUNCTION: usize = 80;
+const MAX_FUNCTION_LINES: usize = 80;
 /// Beginnings of paths that exist on one machine only, each cut in two so that this file passes its
 /// own test.
 const MACHINE_PATHS: &[[&str; 2]] = &[["/ho", "me/"], ["/wo", "rk/"], ["/ro", "ot/"], ["/Us", "ers/"]];
@@ -142,11 +142,11 @@ fn modules_use_only_what_the_table_allows() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
-/// Every room uses only rooms before it in the table, so that a query can be read in that order.
+/// Every module of the query uses only earlier ones of the table: an order of reading.
 #[test]
 fn rooms_of_the_query_use_only_what_their_table_allows() {
     let query = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/query");
-    let place = |room: &str| QUERY_ROOMS.iter().position(|(name, _)| *name == room);
+    let place = |room: &str| QUERY_MODULES.iter().position(|(name, _)| *name == room);
     let mut faults = Vec::new();
     for path in files_below(&query, &["rs"]) {
         let relative = path.strip_prefix(&query).expect("below query");
@@ -165,7 +165,7 @@ fn rooms_of_the_query_use_only_what_their_table_allows() {
         }
         let is_far = |room: &String| place(room).is_none_or(|at| at >= own_place);
         for room in used.into_iter().filter(|room| *room != own && path.file_name() != Some("tests.rs".as_ref())) {
-            if is_far(&room) || !QUERY_ROOMS[own_place].1.contains(&room.as_str()) {
+            if is_far(&room) || !QUERY_MODULES[own_place].1.contains(&room.as_str()) {
                 faults.push(format!("{}: `{own}` must not use `{room}`", path.display()));
             }
         }
@@ -185,7 +185,7 @@ fn files_say_what_they_are() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
-/// What the shells need is in the interface, so that others can build what they are.
+/// Shells use only the public interface, so that others can build the same.
 #[test]
 fn shells_use_the_interface_alone() {
     for shell in ["cli", "c", "python", "view", "wasm"] {
@@ -202,7 +202,7 @@ fn comments_are_narrow() {
     let mut faults = Vec::new();
     for path in files_below(&repository().join("crates"), &["rs"]) {
         for (number, columns) in wide_comments(&read(&path)) {
-            faults.push(format!("{}:{number}: {columns} columns, at most {MOST_COLUMNS}", path.display()));
+            faults.push(format!("{}:{number}: {columns} columns, at most {MAX_COLUMNS}", path.display()));
         }
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
@@ -215,7 +215,7 @@ fn functions_are_short() {
     let mut faults = Vec::new();
     for path in files_below(&repository().join("crates"), &["rs"]) {
         for (name, lines) in long_functions(&read(&path)) {
-            faults.push(format!("{}: `{name}` has {lines} lines, at most {MOST_LINES_OF_A_FUNCTION}", path.display()));
+            faults.push(format!("{}: `{name}` has {lines} lines, at most {MAX_FUNCTION_LINES}", path.display()));
         }
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
@@ -282,7 +282,7 @@ fn a_forbidden_use_is_seen_in_every_spelling() {
     assert_eq!(faults("use crate::Error;"), 1);
 }
 
-/// Numbers and widths of lines of prose in comments that are too wide.
+/// Returns numbers and widths of lines of prose in comments that are too wide.
 fn wide_comments(text: &str) -> Vec<(usize, usize)> {
     let (mut found, mut is_code) = (Vec::new(), false);
     for (at, line) in text.lines().enumerate() {
@@ -295,14 +295,14 @@ fn wide_comments(text: &str) -> Vec<(usize, usize)> {
         is_code ^= inside.starts_with("```");
         let columns = line.chars().count();
         let is_prose = !is_code && !inside.starts_with('|') && inside.contains(' ');
-        if is_prose && columns > MOST_COLUMNS {
+        if is_prose && columns > MAX_COLUMNS {
             found.push((at + 1, columns));
         }
     }
     found
 }
 
-/// Names and lengths of functions that are too long: from `fn` to the brace at its indentation.
+/// Returns names and lengths of too long functions, from `fn` to the brace at its indentation.
 fn long_functions(text: &str) -> Vec<(String, usize)> {
     let lines: Vec<&str> = text.lines().collect();
     let indent = |line: &str| line.len() - line.trim_start().len();
@@ -317,7 +317,7 @@ fn long_functions(text: &str) -> Vec<(String, usize)> {
         let Some(name) = words.get(place + 1).filter(|_| is_signature && has_body) else { continue };
         let ends = |other: &&str| indent(other) == indent(line) && other.trim_start().starts_with('}');
         let Some(length) = lines[at..].iter().position(ends) else { continue };
-        if length + 1 > MOST_LINES_OF_A_FUNCTION {
+        if length + 1 > MAX_FUNCTION_LINES {
             let name = name.split(['(', '<']).next().unwrap_or(name);
             found.push((name.to_string(), length + 1));
         }
@@ -347,24 +347,24 @@ fn allowed(module: &str) -> Option<&'static [&'static str]> {
     MAY_USE.iter().find(|(name, _)| *name == module).map(|(_, allowed)| *allowed)
 }
 
-/// First component of a path below `src`, without the extension.
+/// Returns the first component of a path below `src`, without the extension.
 fn module_of(path: &Path) -> String {
     let first = path.iter().next().expect("not empty").to_str().expect("UTF-8");
     first.trim_end_matches(".rs").to_string()
 }
 
-/// Tests sit at the end of a file and may use what they need to set up a case.
+/// Removes comments, and the tests at the end of a file, which may use anything to set up a case.
 fn without_comments_and_tests(text: &str) -> String {
     let code = text.split("\n#[cfg(test)]\nmod ").next().unwrap_or("");
     code.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// The first name of every path that starts at the crate's root: after `crate::`, each branch of
-/// `crate::{..}`, and after two or more `super::`, which may reach the root.
+/// Returns the first name of every path that starts at the crate's root: after `crate::`, each
+/// branch of `crate::{..}`, and after two or more `super::`, which may reach the root.
 fn names_from_the_root(code: &str) -> Vec<String> {
     let mut names = Vec::new();
-    // A type after `super::super::` is one of the module's own, not one of the facade: only modules
-    // count there.
+    // After `super::super::` only modules count: a type there is one of the module's own, not one
+    // of the facade.
     for (prefix, least, types) in [("crate::", 1, true), ("super::", 2, false)] {
         let mut rest = code;
         while let Some(at) = rest.find(prefix) {
@@ -384,14 +384,13 @@ fn names_from_the_root(code: &str) -> Vec<String> {
     names
 }
 
-/// The first name of every path after a prefix.
 fn names_after(code: &str, prefix: &str) -> Vec<String> {
     let mut names = Vec::new();
     code.split(prefix).skip(1).for_each(|rest| branches(rest, &mut names));
     names
 }
 
-/// The name at the start of `text`, or the first name of each branch of the braces there.
+/// Adds the name at the start of `text`, or the first name of each branch of the braces there.
 fn branches(text: &str, names: &mut Vec<String>) {
     let Some(inside) = text.strip_prefix('{') else {
         names.extend(leading_name(text));
@@ -418,7 +417,7 @@ fn leading_name(text: &str) -> Option<String> {
     (!name.is_empty()).then_some(name)
 }
 
-/// A row "| `module` | `a`, `b` |" of the page's table.
+/// Reads a row "| `module` | `a`, `b` |" of the page's table.
 fn table_row(line: &str) -> Option<(String, BTreeSet<String>)> {
     let cells: Vec<&str> = line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
     let [module, uses] = cells[..] else { return None };

@@ -1,4 +1,4 @@
-//! How tight proved bounds are: a change that loosens them fails here, though every bound still
+//! Tightness of proved bounds: a change that loosens them fails here, though every bound still
 //! holds.
 
 use extricate::{Effort, QueryOptions, builtin};
@@ -7,9 +7,9 @@ use crate::baselines::BOUND_OF_DEPTH_SHARES;
 use crate::memory::learned;
 use crate::query::{ask, colliding};
 
-/// It learns with one seed. Bounds depend on the query, not on what was learned: with three other
-/// seeds those of refined answers differed by 0.4 % at most. The floors are 1 to 3 % below what was
-/// measured.
+/// One seed of learning is enough, since bounds depend on the query and not on the model. With
+/// three other seeds, those of refined answers differed by 0.4 % at most. The floors are 1 to 3 %
+/// below the measured values.
 #[test]
 fn bounds_are_as_tight_as_they_were() {
     let mut looser = Vec::new();
