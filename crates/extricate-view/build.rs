@@ -1,5 +1,5 @@
-//! Puts the library as WebAssembly into pages, where EXTRICATE_WASM names the file that
-//! scripts/build-wasm.sh made; else pages are not live.
+//! Embeds the library as WebAssembly, for live pages, if EXTRICATE_WASM names the file that
+//! scripts/build-wasm.sh made.
 
 use std::path::PathBuf;
 

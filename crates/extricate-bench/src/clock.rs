@@ -1,35 +1,34 @@
-//! Time spent on a processor, by this thread or by all of the program: what other programs do
-//! meanwhile is not in it.
+//! Processor time of this thread or of the whole program. Unlike wall time, it does not count other
+//! programs.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// A point of time of the calling thread.
 #[derive(Clone, Copy)]
 pub struct ThreadTime(f64);
 
 impl ThreadTime {
-    /// Now. Takes a few hundred nanoseconds: for loops, not for single checks.
+    /// Reads the clock, which takes a few hundred nanoseconds: time loops with it, not single
+    /// checks.
     pub fn now() -> Self {
         Self(seconds_of(ClockId::ThreadCPUTime))
     }
 
-    /// Seconds of the calling thread since then.
+    /// Processor seconds of the calling thread since this point.
     pub fn elapsed(self) -> f64 {
         Self::now().0 - self.0
     }
 }
 
-/// A point of time of all threads of this program together.
+/// A point of time on the clock that adds up all threads of this program.
 #[derive(Clone, Copy)]
 pub struct ProcessTime(f64);
 
 impl ProcessTime {
-    /// Now.
     pub fn now() -> Self {
         Self(seconds_of(ClockId::ProcessCPUTime))
     }
 
-    /// Seconds of all threads since then.
+    /// Processor seconds of all threads since this point.
     pub fn elapsed(self) -> f64 {
         Self::now().0 - self.0
     }

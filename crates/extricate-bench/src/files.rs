@@ -1,4 +1,4 @@
-//! The files that all sides of the benchmark share: meshes as OFF text, poses and configurations as
+//! Files that all sides of the benchmark share: meshes as OFF text, poses and configurations as
 //! numbers.
 
 use std::fmt::Write as _;
@@ -31,7 +31,7 @@ pub fn read_mesh(path: &str) -> Result<TriangleMesh> {
     Ok(TriangleMesh::new(points, faces))
 }
 
-/// Writes OFF; every coordinate is read back as it was.
+/// Writes OFF, from which every coordinate is read back unchanged.
 pub fn write_off(mesh: &TriangleMesh, path: &str) -> Result<()> {
     let mut text = format!("OFF\n{} {} 0\n", mesh.vertices.len(), mesh.triangles.len());
     for v in &mesh.vertices {
@@ -68,7 +68,7 @@ pub fn write_numbers(numbers: &[f64], path: &str) -> Result<()> {
     std::fs::write(path, bytes).with_context(|| path.to_string())
 }
 
-/// Twelve numbers a pose: the rotation row by row, then the translation \[m\].
+/// Twelve numbers per pose: the rotation row by row, then the translation \[m\].
 pub fn pose_numbers(poses: &[Pose]) -> Vec<f64> {
     poses
         .iter()
@@ -96,7 +96,7 @@ mod tests {
         write_off(&mesh, &path("m.off")).unwrap();
         let read = read_mesh(&path("m.off")).unwrap();
         assert_eq!(read.triangles.len(), 128);
-        // Vertices may be numbered anew.
+        // Reading may renumber vertices.
         assert!((0..128).all(|t| read.corners(t) == mesh.corners(t)));
         std::fs::write(path("m.stl"), stl(&mesh)).unwrap();
         assert_eq!(read_mesh(&path("m.stl")).unwrap().triangles.len(), mesh.triangles.len());

@@ -1,4 +1,5 @@
-//! Whole robots: labels one at a time and in batches, and the near pairs with their gradients.
+//! Timings on whole robots: labels one at a time and in batches, and near pairs with their
+//! gradients.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,29 +15,27 @@ use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
 
-/// Batches of which the fastest counts.
-const REPEATS: usize = 20;
+/// Repetitions of a batch, of which the fastest counts.
+const BATCH_REPEATS: usize = 20;
 
-/// A scene with its checker.
 pub struct Robot {
     checker: Checker,
 }
 
 impl Robot {
-    /// Prepares a scene.
     pub fn new(scene: Scene) -> Self {
         Self { checker: Checker::new(scene.into()) }
     }
 
-    /// What it consists of.
+    /// Returns coordinates, bodies, pairs and joint names.
     pub fn describe(&self) -> Value {
         let scene = self.checker.scene();
         let names: Vec<&str> = scene.joints().iter().map(|joint| joint.name.as_str()).collect();
         json!({ "nq": scene.space().nq(), "bodies": scene.bodies().len(), "pairs": scene.pairs().len(), "joints": names })
     }
 
-    /// Uniform configurations, or both ends of segments between opposite labels, halved down to
-    /// 1/1000 rad.
+    /// Draws uniform configurations, or both ends of segments between opposite labels, bisected
+    /// down to 1/1000 rad.
     pub fn configs(&self, kind: &str, count: usize, seed: u64) -> Result<Vec<f64>> {
         let space = self.checker.scene().space();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -73,7 +72,8 @@ impl Robot {
         }
     }
 
-    /// Times labels one at a time: the mean from the whole loop, median and 95 % from each.
+    /// Times labels one at a time: the mean over the whole loop, then median and 95th percentile of
+    /// single calls.
     pub fn label(&self, configs: &[f64], out: Option<&str>) -> Result<Value> {
         let nq = self.checker.scene().space().nq();
         let mut scratch = CheckScratch::default();
@@ -96,7 +96,7 @@ impl Robot {
         Ok(json!({ "mean": mean, "median": each.0, "p95": each.1, "colliding": colliding }))
     }
 
-    /// Times a batch on some threads; with 0, on the calling thread by the serial function.
+    /// Times a batch on `threads` threads; with 0, the serial function on the calling thread.
     pub fn batch(&self, configs: &[f64], threads: usize) -> Result<Value> {
         let count = configs.len() / self.checker.scene().space().nq();
         let mut labels = vec![Label::Free; count];
@@ -107,20 +107,20 @@ impl Robot {
             start.elapsed()
         } else {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-            // Wall time, which other programs lengthen: the shortest of several.
+            // Other programs lengthen wall time, so the shortest of several runs counts.
             let mut once = || {
                 let start = Instant::now();
                 self.checker.label_batch(configs, &mut labels);
                 start.elapsed().as_secs_f64()
             };
-            pool.install(|| (0..REPEATS).map(|_| once()).fold(f64::INFINITY, f64::min))
+            pool.install(|| (0..BATCH_REPEATS).map(|_| once()).fold(f64::INFINITY, f64::min))
         };
         let colliding = labels.iter().filter(|label| **label == Label::Colliding).count();
         Ok(json!({ "seconds": seconds, "count": count, "hits": colliding }))
     }
 
-    /// Times what a step of refinement needs: the contacts nearer than `margin` \[m\], and the
-    /// gradient of each distance.
+    /// Times the evaluations that a step of refinement needs: the contacts nearer than `margin`
+    /// \[m\], and the gradient of each distance.
     pub fn contacts(&self, configs: &[f64], margin: f64, search: &str) -> Result<Value> {
         let search = match search {
             "coarse" => ContactSearch::Proposal,
@@ -155,7 +155,7 @@ fn gap(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
-/// Median and 95 % of the seconds that single calls take.
+/// Median and 95th percentile of the seconds of single calls.
 fn timed<T>(inputs: impl Iterator<Item = T>, mut call: impl FnMut(T)) -> (f64, f64) {
     let seconds = |input| {
         let start = Instant::now();

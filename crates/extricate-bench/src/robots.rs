@@ -14,16 +14,15 @@ use crate::exact::meshes;
 use crate::exact::poses::direction;
 use crate::files;
 
-/// Length of the whole chain \[m\].
-const LENGTH: f64 = 1.5;
+const CHAIN_LENGTH_M: f64 = 1.5;
 
-/// A chain of `links` meshes of 512 triangles with a revolute joint each, among `obstacles` boxes
-/// around it.
+/// A chain of `links` meshes of 512 triangles with a revolute joint each, surrounded by `obstacles`
+/// boxes.
 ///
-/// The chain keeps its length and the boxes together their surface, so that the share of
-/// configurations that collide changes little with either number.
+/// The length of the chain and the total surface of the boxes are constant, so the share of
+/// colliding configurations changes little with either number.
 pub fn chain(links: usize, obstacles: usize) -> Result<Scene> {
-    let length = LENGTH / links as f64;
+    let length = CHAIN_LENGTH_M / links as f64;
     let link = files::stl(&meshes::bumpy(3, 0.0).scaled([0.2 * length, 0.2 * length, 0.5 * length]));
     let (urdf, toml) = (urdf(links, length), toml(obstacles));
     let scene = assemble(Path::new("scene.toml"), &toml, &mut |path| match path.file_name().and_then(|n| n.to_str()) {
@@ -35,7 +34,8 @@ pub fn chain(links: usize, obstacles: usize) -> Result<Scene> {
 }
 
 fn urdf(links: usize, length: f64) -> String {
-    // A random walk of joint angles bends the chain alike whatever its number of links.
+    // Limits shrink with the root of the number of links: the chain, a random walk of angles, then
+    // bends alike.
     let most = (2.5 * (7.0 / links as f64).sqrt()).min(2.8);
     let mut text = String::from("<robot name=\"chain\"><link name=\"l0\"/>");
     for k in 1..=links {

@@ -1,5 +1,5 @@
-//! A cloud of points or a grid of voxels around the built-in arm: until it can be asked, a label, a
-//! query without a model.
+//! A cloud of points or a grid of voxels around the built-in arm: times of preparation, of a label,
+//! and of a query without a model.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,22 +18,21 @@ use serde_json::json;
 
 use crate::clock::ThreadTime;
 
-/// Radius of a ball about a point, and half the side of a cell \[m\].
-const RADIUS: f64 = 0.01;
-/// Colliding configurations that are asked.
+/// Radius of a ball about a point, and half the side of a voxel \[m\].
+const POINT_RADIUS_M: f64 = 0.01;
+/// Colliding configurations that are queried.
 const QUERIES: usize = 200;
-/// Configurations that are labelled.
 const LABELS: u64 = 20_000;
 
-/// Writes one JSON line: `count` points, as `points` or `voxels`, around the arm with its `meshes`
-/// or `hulls`.
+/// Writes one JSON line for `count` points, as `points` or `voxels`, around the arm with its
+/// `meshes` or `hulls`.
 pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) -> Result<()> {
     let surroundings = match kind {
-        "points" => Geometry::Points(Arc::new(PointCloud::new("bench", "points", RADIUS, &surfaces(count))?)),
+        "points" => Geometry::Points(Arc::new(PointCloud::new("bench", "points", POINT_RADIUS_M, &surfaces(count))?)),
         "voxels" => {
-            let cell = |p: [f64; 3]| p.map(|x| (x / (2.0 * RADIUS)).floor() as i32);
+            let cell = |p: [f64; 3]| p.map(|x| (x / (2.0 * POINT_RADIUS_M)).floor() as i32);
             let cells = surfaces(count).into_iter().map(cell).collect();
-            Geometry::Voxels(Arc::new(Voxels::new("bench", "voxels", 2.0 * RADIUS, cells)?))
+            Geometry::Voxels(Arc::new(Voxels::new("bench", "voxels", 2.0 * POINT_RADIUS_M, cells)?))
         }
         _ => bail!("expected points or voxels, found {kind}"),
     };
@@ -69,7 +68,7 @@ pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) ->
     Ok(())
 }
 
-/// Points on the faces of boxes around the arm, evenly spread at random.
+/// Draws points uniformly from the faces of boxes around the arm.
 fn surfaces(count: usize) -> Vec<[f64; 3]> {
     let boxes = [
         ([0.55, 0.0, 0.35], [0.12, 0.3, 0.02]),
@@ -99,8 +98,8 @@ fn surfaces(count: usize) -> Vec<[f64; 3]> {
     (0..count).map(|_| point()).collect()
 }
 
-/// The arm, with surroundings or without, and how long it took from their numbers until a query
-/// could be asked.
+/// The arm, with surroundings or without, and the seconds from their numbers to a solver that is
+/// ready.
 fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, Solver)> {
     let files = builtin::files("shelf-arm").context("the built-in arm")?;
     let mut scene = file::parse(&files[0].0, &String::from_utf8_lossy(&files[0].1))?;
@@ -123,7 +122,7 @@ fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, So
     Ok((started.elapsed().as_secs_f64(), world))
 }
 
-/// Seconds a label, and the share that collide.
+/// Seconds per label, and the share of colliding configurations.
 fn label(world: &Solver) -> (f64, f64) {
     let space = world.scene().space();
     let halton = Halton::new(space.nv(), 1);
@@ -141,7 +140,7 @@ fn label(world: &Solver) -> (f64, f64) {
     (started.elapsed() / LABELS as f64, colliding as f64 / LABELS as f64)
 }
 
-/// Of each query: seconds, checks, the depth, and the lower bound as a share of it.
+/// For each query: seconds, checks, depth, and the ratio of lower bound to depth.
 fn queries(world: &Solver) -> Result<Vec<[f64; 4]>> {
     let space = world.scene().space();
     let (halton, mut q, mut check) = (Halton::new(space.nv(), 2), vec![0.0; space.nq()], CheckScratch::default());

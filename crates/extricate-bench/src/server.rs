@@ -1,6 +1,6 @@
-//! Commands from a script, answers as JSON lines: what is timed runs in this process, and the
-//! script takes turns between it and the peers, so that all of them see the same state of the
-//! machine. Words are parted by spaces; names and paths hold none.
+//! Commands from a script, answers as JSON lines. Timed code runs in this process, and the script
+//! alternates between it and the peers, so that all of them see the same state of the machine.
+//! Words are separated by spaces; names and paths contain none.
 //!
 //! | command | does |
 //! |---|---|
@@ -81,9 +81,9 @@ fn answer(words: &[&str], loaded: &mut Loaded) -> Result<Value> {
         ["truth", a, b, poses, limit, index] => {
             let (a, b, limit): (_, _, f64) = (loaded.body(a)?, loaded.body(b)?, limit.parse()?);
             let pose = files::poses_of(&files::read_numbers(poses)?)[index.parse::<usize>()?];
-            let truth = brute::truth(&a.mesh, &b.mesh, &pose, [0.0, limit + 1e-6], exact::TOLERANCE);
+            let truth = brute::truth(&a.mesh, &b.mesh, &pose, [0.0, limit + 1e-6], exact::TOLERANCE_M);
             json!({ "distance": truth.distance.is_finite().then_some(truth.distance), "contained": truth.contained,
-                    "near": exact::expected(&truth, limit, exact::TOLERANCE) })
+                    "near": exact::expected(&truth, limit, exact::TOLERANCE_M) })
         }
         ["scene", name, path] => {
             let scene = extricate::internals::io::load_scene(path)?;
@@ -126,8 +126,8 @@ impl Loaded {
     }
 }
 
-/// Welding and sorting into components happen once a file; the tree is what a scene adds for
-/// checks.
+/// Prepares a mesh. Welding and sorting into components happen once per file; the tree is what a
+/// scene adds for checks.
 fn load(name: &str, path: &str, loaded: &mut Loaded) -> Result<Value> {
     let start = ThreadTime::now();
     let mesh = files::read_mesh(path)?;
@@ -145,7 +145,7 @@ fn load(name: &str, path: &str, loaded: &mut Loaded) -> Result<Value> {
     )
 }
 
-/// Resident memory of this process \[bytes\]; 0 where the system does not tell.
+/// Resident memory of this process \[bytes\]; 0 if the system does not report it.
 fn resident() -> i64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -156,7 +156,7 @@ fn time(a: &Body, b: &Body, poses: &str, limit: f64, out: Option<&str>) -> Resul
     let poses = files::poses_of(&files::read_numbers(poses)?);
     let mut scratch = PairScratch::default();
     let mut answers = Vec::with_capacity(poses.len());
-    // A first look at some of them fetches the meshes into the caches, for all sides alike.
+    // Some checks first bring the meshes into the caches, for all sides alike.
     for pose in poses.iter().take(poses.len() / 10) {
         black_box(a.is_nearer(b, pose, limit, &mut scratch));
     }

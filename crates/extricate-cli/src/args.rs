@@ -1,4 +1,4 @@
-//! The command line: the list of commands and the kinds of values they take.
+//! The command line: the list of commands and the types of their values.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -36,7 +36,7 @@ impl Cli {
     /// Reads a command line, the name of the program first.
     ///
     /// # Errors
-    /// Those of clap, and options of queries that the library refuses.
+    /// Fails as clap does, and for query options that the library refuses.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let cli = Self::from_arg_matches(&with_groups(Self::command()).try_get_matches_from(words)?)?;
         let checked = match &cli.command {
@@ -48,19 +48,19 @@ impl Cli {
     }
 }
 
-/// The commands as `--help` lists them, by what they are for.
+/// Commands as `--help` lists them, grouped by purpose.
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Ask", &["query", "check", "escape", "plan", "repair", "grasp"]),
     ("See", &["info", "view", "report", "demo"]),
     ("Learn", &["learn"]),
     ("Files", &["sample", "import", "completions", "man"]),
 ];
-/// Columns of that list: what is not wrapped to the terminal.
-const COLUMNS: usize = 80;
-/// The column in which it says what commands are about.
-const ABOUT: usize = 15;
+/// Width of that list in columns; it is not wrapped to the terminal.
+const HELP_COLUMNS: usize = 80;
+/// Column at which the descriptions in that list begin.
+const ABOUT_COLUMN: usize = 15;
 
-/// The program, whose help lists the commands in groups.
+/// Makes the help of the program list the commands in groups.
 fn with_groups(program: clap::Command) -> clap::Command {
     let mut listed = String::new();
     for (group, names) in GROUPS {
@@ -78,23 +78,24 @@ fn with_groups(program: clap::Command) -> clap::Command {
     program.help_template(help)
 }
 
-/// A name and what it is about, in lines of [`COLUMNS`].
+/// Formats a name and its description in lines of [`HELP_COLUMNS`].
 fn entry(name: &str, about: &str) -> String {
-    let mut text = format!("{:<ABOUT$}", format!("  {name}"));
+    let mut text = format!("{:<ABOUT_COLUMN$}", format!("  {name}"));
     let mut column = text.len();
     for word in about.split(' ') {
-        if column + 1 + word.len() > COLUMNS {
-            text += &format!("\n{:ABOUT$}", "");
-            column = ABOUT;
+        if column + 1 + word.len() > HELP_COLUMNS {
+            text += &format!("\n{:ABOUT_COLUMN$}", "");
+            column = ABOUT_COLUMN;
         }
-        let gap = if column == ABOUT { "" } else { " " };
+        let gap = if column == ABOUT_COLUMN { "" } else { " " };
         text += &format!("{gap}{word}");
         column += gap.len() + word.len();
     }
     text + "\n"
 }
 
-/// What the library says of an option, as the command line spells it, with the usage of `command`.
+/// Reports a query option that the library refuses, spelled as on the command line, with the usage
+/// of `command`.
 fn refused(command: &str, error: &extricate::Error) -> clap::Error {
     let problem = match error {
         extricate::Error::Option { name, value, expected } => {
@@ -163,10 +164,10 @@ pub struct InputArgs {
 }
 
 impl InputArgs {
-    /// The configurations.
+    /// Opens the file, or takes the configurations of the command line.
     ///
     /// # Errors
-    /// Where the file cannot be opened.
+    /// Fails if the file cannot be opened.
     pub fn open(&self) -> anyhow::Result<Configs> {
         self.input.as_deref().map_or_else(|| Ok(Configs::of_words(&self.q)), Configs::open)
     }
@@ -187,18 +188,17 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// How much files may hold.
     pub fn limits(&self) -> LoadLimits {
         self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
     }
 
-    /// The limits and the package folders, as the library takes them.
+    /// Returns the limits and the package folders as options of the library.
     pub fn options(&self) -> LoadOptions {
         LoadOptions::default().limits(self.limits()).packages(self.packages.clone())
     }
 }
 
-/// A name and a number of a limit.
+/// Parses `NAME=N`, the name and the value of a limit.
 fn load_limit(text: &str) -> Result<(LoadLimit, usize), String> {
     let (name, most) = text.split_once('=').unwrap_or((text, ""));
     let limit = LoadLimit::ALL.into_iter().find(|limit| limit.name() == name);
@@ -218,7 +218,7 @@ pub enum Limits {
     Refuse,
 }
 
-/// Reads a choice of the library; `--help` lists its words with what they stand for.
+/// Parses one of the library's choices; `--help` lists its words with their meanings.
 pub fn choice<T>(words: impl Iterator<Item = (&'static str, &'static str)>) -> impl TypedValueParser<Value = T>
 where
     T: FromStr<Err = extricate::Error> + Clone + Send + Sync + 'static,
@@ -227,20 +227,19 @@ where
     PossibleValuesParser::new(values).try_map(|word| word.parse())
 }
 
-/// A limit of checks and one of seconds.
 pub fn termination(max_checks: Option<usize>, max_seconds: Option<f64>) -> Termination {
     let mut termination = Termination::default();
     (termination.max_checks, termination.max_seconds) = (max_checks, max_seconds);
     termination
 }
 
-/// A goal that is not known yet, for it needs the scene, and the share that is known.
+/// A goal with this share. Its configuration is a placeholder until the scene is known.
 pub fn goal_to_come(share: f64) -> Toward {
     let goal = ConfigSpace::default().config(&[]).expect("nothing is a configuration of nothing");
     Toward::new(goal, share)
 }
 
-/// The value of an option of queries, which `set` sets, unless the library refuses it.
+/// Returns `value` unless the library refuses it for the option that `set` sets.
 fn checked<T: Copy>(value: T, set: impl FnOnce(QueryOptions, T) -> QueryOptions) -> Result<T, String> {
     match set(QueryOptions::default(), value).check() {
         Err(extricate::Error::Option { expected, .. }) => Err(format!("expected {expected}")),
@@ -252,79 +251,71 @@ fn real(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "expected a number".into())
 }
 
-/// A number of seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     checked(real(text)?, |options, seconds| options.termination(Termination::after_seconds(seconds)))
 }
 
-/// A share that is less than all.
+/// Parses a share below 1.
 pub fn share(text: &str) -> Result<f64, String> {
     checked(real(text)?, QueryOptions::gap)
 }
 
-/// A share that may be more than all.
+/// Parses a share that may exceed 1.
 pub fn share_or_more(text: &str) -> Result<f64, String> {
     checked(real(text)?, |options, share| options.toward(goal_to_come(share)))
 }
 
-/// A length \[m\].
 pub fn length(text: &str) -> Result<f64, String> {
     checked(real(text)?, QueryOptions::clearance)
 }
 
-/// A whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
+/// Parses a whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
 fn whole_number(text: &str) -> Option<u64> {
     if let Ok(value) = text.parse() {
         return Some(value);
     }
     let value: f64 = text.parse().ok().filter(|_| text.contains(['e', 'E']))?;
-    // Beyond these, numbers with a point are whole whatever was meant.
+    // Beyond this bound every float is whole, whatever digits were meant.
     (value.fract() == 0.0 && (0.0..9e15).contains(&value)).then_some(value as u64)
 }
 
-/// A whole number that fits into a type.
 fn number<T: TryFrom<u64>>(text: &str) -> Option<T> {
     whole_number(text).and_then(|value| value.try_into().ok())
 }
 
-/// A whole number of at least one.
 pub fn positive(text: &str) -> Result<usize, String> {
     let value = number(text).filter(|value| *value > 0);
     value.ok_or_else(|| format!("expected a whole number from 1 to {}", usize::MAX))
 }
 
-/// A whole number, 0 included.
+/// Parses a whole number, which may be 0.
 pub fn whole(text: &str) -> Result<usize, String> {
     number(text).ok_or_else(|| format!("expected a whole number from 0 to {}", usize::MAX))
 }
 
-/// A seed.
 pub fn seed(text: &str) -> Result<u64, String> {
     number(text).ok_or_else(|| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
-/// A number of exits.
 pub fn exits(text: &str) -> Result<usize, String> {
     checked(whole(text)?, QueryOptions::exits)
 }
 
-/// A number of starts.
 pub fn starts(text: &str) -> Result<usize, String> {
     checked(whole(text)?, QueryOptions::starts)
 }
 
-/// Most threads that may be asked for: starting more takes longer than they could save anywhere.
-const MOST_THREADS: usize = 1024;
+/// Largest number of threads; starting more takes longer than they could save anywhere.
+const MAX_THREADS: usize = 1024;
 
-/// A port of a computer; 0 for any that is free.
+/// Parses a port; 0 stands for any that is free.
 pub fn port(text: &str) -> Result<u16, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u16::MAX))
 }
 
-/// A number of threads.
 pub fn threads(text: &str) -> Result<usize, String> {
-    let value = number(text).filter(|value| *value <= MOST_THREADS);
-    value.ok_or_else(|| format!("expected 0 (one per core) to {MOST_THREADS}"))
+    let value = number(text).filter(|value| *value <= MAX_THREADS);
+    value.ok_or_else(|| format!("expected 0 (one per core) to {MAX_THREADS}"))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-//! The `extricate` command: arguments in, reports out. All that is computed is computed by the
-//! library `extricate`. Public is what its program and the fuzz targets need, and no interface.
+//! The `extricate` command: reads arguments and prints reports; the library `extricate` computes
+//! everything. The public items serve the program and the fuzz targets, and are no stable
+//! interface.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
@@ -24,7 +25,7 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return notice::usage(&error),
     };
-    // Made here, where it can be said that there is no room for its threads.
+    // Start the threads here, so that a failure is reported as an error.
     let threads = rayon::ThreadPoolBuilder::new().build_global().context("cannot start threads, one per core");
     match threads.and_then(|()| commands::run(cli)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -36,12 +37,13 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Whether the reader of standard output went away, as `| head` does: it has what it wanted.
+/// Whether the reader of standard output stopped reading, as `
+/// head` does once it has enough.
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe))
 }
 
-/// The error and its causes, leaving out those that the error quotes already.
+/// Joins the error and its causes, without those that the error already quotes.
 fn in_words(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {

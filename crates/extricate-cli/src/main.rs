@@ -1,4 +1,4 @@
-//! The program; all of it is in the library of this package, which fuzz targets use too.
+//! The program. Its code is in the library of this package, because fuzz targets use it too.
 
 use std::process::ExitCode;
 

@@ -1,23 +1,22 @@
-//! Messages to the user on standard error, all in one shape: `extricate: error: ...`.
+//! Prints messages to the user on standard error, all in one form: `extricate: error: ...`.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Something failed.
 pub fn error(message: impl Display) {
     write("error: ", message);
 }
 
-/// Something is worth knowing before the result is trusted.
+/// Prints something to know before the result is trusted.
 pub fn warning(message: impl Display) {
     write("warning: ", message);
 }
 
-/// The command line makes no sense, or asks for help.
+/// Prints help or a fault of the command line, and returns the exit code.
 pub fn usage(error: &clap::Error) -> ExitCode {
-    // Words of the command line may be names of files, as of a pattern.
+    // Words of the command line may be names of files, for example from a pattern.
     let text = printable(&error.render().to_string(), &['\n', '\t']).into_owned();
     let _ = match error.use_stderr() {
         true => std::io::stderr().lock().write_all(text.as_bytes()),
@@ -26,20 +25,20 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(error.exit_code() as u8)
 }
 
-/// Where a long job stands, or what was done.
+/// Prints the state of a long job, or its result.
 pub fn note(message: impl Display) {
     write("", message);
 }
 
-/// A closed standard error is no reason to stop. A message is one line, whatever files and their
-/// names say.
+/// Prints a message as one line, whatever names of files it quotes. A closed standard error is no
+/// reason to stop.
 fn write(severity: &str, message: impl Display) {
     let _ = writeln!(std::io::stderr().lock(), "extricate: {severity}{}", printable(&message.to_string(), &[]));
 }
 
-/// `text` without what moves the cursor, colours, or changes the order of letters: such characters,
-/// but for those `left` alone, stand as a program would write them, `\u{1b}`. Opening the file of a
-/// stranger cannot forge what a terminal shows.
+/// Escapes characters of `text` that move the cursor, colour, or change the order of letters,
+/// except those in `left`; `\u{1b}` is an example. So a stranger's file cannot forge what a
+/// terminal shows.
 pub fn printable<'a>(text: &'a str, left: &[char]) -> Cow<'a, str> {
     let acts = |c: char| is_acting(c) && !left.contains(&c);
     if !text.contains(acts) {
@@ -52,7 +51,7 @@ pub fn printable<'a>(text: &'a str, left: &[char]) -> Cow<'a, str> {
     Cow::Owned(shown)
 }
 
-/// Controls of both sets, separators of lines, and what changes the direction of writing.
+/// Whether a character is a control, separates lines, or changes the direction of writing.
 fn is_acting(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

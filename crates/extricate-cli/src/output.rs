@@ -8,22 +8,22 @@ use serde::Serialize;
 
 use crate::notice::printable;
 
-/// Lines on standard output.
+/// Writes lines to standard output.
 ///
-/// Non-finite numbers become `null` in JSON, which has no word for them.
+/// Non-finite numbers become `null`, because JSON cannot represent them.
 pub struct Output {
     writer: BufWriter<StdoutLock<'static>>,
     flush_lines: bool,
 }
 
 impl Output {
-    /// Buffers; with `flush_lines` each line leaves at once, for a program that waits for it at the
-    /// other end of a pipe.
+    /// Buffers the output. With `flush_lines` each line is sent at once, for a program that waits
+    /// for it at the other end of a pipe.
     pub fn new(flush_lines: bool) -> Self {
         Self { writer: BufWriter::new(io::stdout().lock()), flush_lines }
     }
 
-    /// Writes a line, or several, of text for people.
+    /// Writes one or more lines of text for people.
     pub fn line(&mut self, text: impl Display) -> anyhow::Result<()> {
         self.write(&printable(&text.to_string(), &['\n', '\t']))
     }
@@ -39,12 +39,11 @@ impl Output {
         self.write(&serde_json::to_string(value)?)
     }
 
-    /// Sends what was written so far on its way.
     pub fn flush(&mut self) -> anyhow::Result<()> {
         self.writer.flush().context("cannot write to standard output")
     }
 
-    /// Writes what is still buffered.
+    /// Flushes and reports failures, which dropping the buffer would ignore.
     pub fn finish(mut self) -> anyhow::Result<()> {
         self.flush()
     }

@@ -1,4 +1,4 @@
-//! Pages of answers and of what is played back, as `view` and `demo` write them.
+//! Pages of answers, paths and grasps, as `view` and `demo` write them.
 
 use std::path::Path;
 
@@ -10,39 +10,38 @@ use rayon::prelude::*;
 use crate::commands::query::Timed;
 use crate::progress::busy;
 
-/// Queries from which on slices have fewer cells.
+/// Number of queries above which slices have fewer cells.
 const MANY_QUERIES: usize = 40;
-/// Cells to each side of their slices.
-const FEW_CELLS: usize = 64;
+/// Cells along each side of their slices.
+const COARSE_CELLS: usize = 64;
 
-/// What a page says of itself, and what makes it live.
+/// Labels of a page, and the library that makes it live.
 pub struct About<'a> {
-    /// Its heading.
     pub title: &'a str,
-    /// What has the same numbers: a command, or a file.
+    /// The command or file that gives the same numbers.
     pub source: &'a str,
     /// Whether the answers are frames of a motion.
     pub is_stream: bool,
-    /// The library for the page.
+    /// The library for a live page.
     pub live: Option<&'a Live>,
 }
 
-/// What a page shows at a time.
+/// One entry of a page.
 pub enum Shown {
     /// A query and its answer.
     Answer(Config, Timed),
     /// The first waypoint of a path, and the others.
     Path(Config, Vec<Config>),
-    /// A query, and the grasp that was released from it.
+    /// A query and the grasp that was released from it.
     Grasp(Config, GraspData),
 }
 
-/// The page; the exact checker is asked on all cores what else is shown.
+/// Renders the page. The exact checker computes the additional data on all cores.
 ///
 /// # Errors
-/// Where a grasp is of another hand, or the page cannot be written.
+/// Fails if a grasp belongs to another hand, or if the page cannot be written.
 pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
-    let cells = if shown.len() > MANY_QUERIES { FEW_CELLS } else { Detail::default().slice_cells };
+    let cells = if shown.len() > MANY_QUERIES { COARSE_CELLS } else { Detail::default().slice_cells };
     let inspector = || Inspector::new(solver, Detail { slice_cells: cells });
     let shown: Result<Vec<AnswerData>, String> = busy("drawing the page", || {
         let inspect = |inspector: &mut Inspector, shown: Shown| match shown {
@@ -60,7 +59,7 @@ pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result
     page.html(solver.scene()).context("cannot write the page")
 }
 
-/// What a file is called on a page.
+/// Name of a file as pages show it.
 pub fn name_of(path: &Path) -> String {
     path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned())
 }

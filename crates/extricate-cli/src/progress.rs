@@ -1,5 +1,5 @@
-//! Progress of a long job on standard error: a bar on a terminal, a plain line now and then
-//! elsewhere.
+//! Progress of a long job on standard error: a bar on a terminal, otherwise a plain line now and
+//! then.
 
 use std::collections::VecDeque;
 use std::io::IsTerminal;
@@ -12,21 +12,20 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::notice;
 
 /// Jobs shorter than this show nothing.
-const SILENT: Duration = Duration::from_secs(1);
+const SILENT_TIME: Duration = Duration::from_secs(1);
 /// Time between two plain lines.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 /// Time between two redraws of the bar.
 const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
-/// Speed is that of so many seconds at least.
-const WINDOW: f64 = 10.0;
-/// Progress that is too small to estimate from: where a job rests for a while, it says nothing.
-const LEAST_SHARE: f64 = 1e-3;
-/// What is shown of a job that is not done yet, at most.
-const MOST_SHOWN: f64 = 0.99;
-/// Steps of the bar; progress is a fraction.
-const STEPS: u64 = 1000;
+/// Shortest time over which the speed is averaged \[s\].
+const SPEED_WINDOW_S: f64 = 10.0;
+/// Least progress from which time is estimated, so that a job that pauses gives no estimate.
+const MIN_SHARE: f64 = 1e-3;
+/// Largest share that is shown of an unfinished job.
+const MAX_SHOWN_SHARE: f64 = 0.99;
+/// Steps of the bar for progress from 0 to 1.
+const BAR_STEPS: u64 = 1000;
 
-/// One long job.
 pub struct Progress {
     title: &'static str,
     estimate: Estimate,
@@ -36,7 +35,7 @@ pub struct Progress {
 }
 
 enum Place {
-    /// Rows appear on the terminal and are progress enough.
+    /// Shows nothing, because rows on the terminal are progress enough.
     Nowhere,
     Lines,
     Terminal(Option<ProgressBar>),
@@ -47,7 +46,7 @@ impl Progress {
     pub fn new(title: &'static str) -> Self {
         let place = if std::io::stderr().is_terminal() { Place::Terminal(None) } else { Place::Lines };
         let started = Instant::now();
-        Self { title, estimate: Estimate::default(), started, next: started + SILENT, place }
+        Self { title, estimate: Estimate::default(), started, next: started + SILENT_TIME, place }
     }
 
     /// Progress of a job that writes rows to standard output as it goes.
@@ -59,17 +58,18 @@ impl Progress {
         progress
     }
 
-    /// Tells how far the job is: `fraction` in `[0, 1]` where it is known, and in words. Cheap when
-    /// nothing is due.
+    /// Reports the progress: `fraction` in `[0, 1]`, if it is known, and `message`. Cheap if no
+    /// report is due.
     pub fn update(&mut self, fraction: Option<f64>, message: impl FnOnce() -> String) {
         let now = Instant::now();
         if now < self.next {
             return;
         }
         let left = fraction.and_then(|f| self.estimate.left(self.started.elapsed().as_secs_f64(), f));
-        // What remains when all of it is spent, as measuring a model, takes an unknown time.
-        let left = left.filter(|_| fraction.is_some_and(|f| f < MOST_SHOWN));
-        let fraction = fraction.map(|f| f.clamp(0.0, MOST_SHOWN));
+        // After the budget is spent, remaining work such as measuring a model takes an unknown
+        // time.
+        let left = left.filter(|_| fraction.is_some_and(|f| f < MAX_SHOWN_SHARE));
+        let fraction = fraction.map(|f| f.clamp(0.0, MAX_SHOWN_SHARE));
         let left = left.map_or(String::new(), |seconds| format!(", about {} left", whole_duration(seconds)));
         match &mut self.place {
             Place::Nowhere => {}
@@ -82,7 +82,7 @@ impl Progress {
                 self.next = now + REDRAW_INTERVAL;
                 let bar = bar.get_or_insert_with(|| new_bar(self.title, self.started.elapsed(), fraction.is_some()));
                 match fraction {
-                    Some(f) => bar.set_position((f * STEPS as f64) as u64),
+                    Some(f) => bar.set_position((f * BAR_STEPS as f64) as u64),
                     None => bar.tick(),
                 }
                 bar.set_message(message() + &left);
@@ -90,7 +90,7 @@ impl Progress {
         }
     }
 
-    /// Runs `print`, which writes to standard error, with the bar out of the way.
+    /// Runs `print`, which writes to standard error, while the bar is hidden.
     pub fn aside(&self, print: impl FnOnce()) {
         match &self.place {
             Place::Terminal(Some(bar)) => bar.suspend(print),
@@ -99,7 +99,7 @@ impl Progress {
     }
 }
 
-/// How long a job will still take, from its speed of late.
+/// Estimates the remaining time of a job from its recent speed.
 #[derive(Default)]
 struct Estimate {
     /// Seconds and fractions, oldest first.
@@ -107,22 +107,22 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// Seconds left where `fraction` is done at `now` \[s\]; `None` where too little was seen.
+    /// Returns the seconds left if `fraction` is done at `now` \[s\]; `None` if too little was
+    /// observed.
     fn left(&mut self, now: f64, fraction: f64) -> Option<f64> {
         self.seen.push_back((now, fraction));
-        // Stages differ in speed, so what was long ago says little; but the window grows with the
-        // job.
-        let window = f64::max(WINDOW, now / 4.0);
+        // Stages differ in speed, so early progress says little; but the window grows with the job.
+        let window = f64::max(SPEED_WINDOW_S, now / 4.0);
         while self.seen.get(1).is_some_and(|(then, _)| now - then >= window) {
             self.seen.pop_front();
         }
         let (then, before) = *self.seen.front()?;
         let (time, share) = (now - then, fraction - before);
-        (time > 0.0 && share > LEAST_SHARE).then(|| (1.0 - fraction).max(0.0) * time / share)
+        (time > 0.0 && share > MIN_SHARE).then(|| (1.0 - fraction).max(0.0) * time / share)
     }
 }
 
-/// Time left as people say it: two digits suffice.
+/// Formats remaining time as people say it: two digits suffice.
 fn whole_duration(seconds: f64) -> String {
     match seconds {
         s if s < 100.0 => format!("{:.0} s", s.ceil()),
@@ -131,20 +131,20 @@ fn whole_duration(seconds: f64) -> String {
     }
 }
 
-/// Does `work`, which cannot say how far it is; where it takes long, `what` and the seconds so far
-/// are told now and then.
+/// Does `work`, whose progress is unknown. If it takes long, `what` and the elapsed seconds are
+/// printed now and then.
 pub fn busy<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let started = Instant::now();
     let (done, until_done) = mpsc::channel::<()>();
     thread::scope(|scope| {
         let tell = move || {
-            let mut interval = SILENT;
+            let mut interval = SILENT_TIME;
             while until_done.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
                 notice::note(format_args!("{what}: {:.0} s so far", started.elapsed().as_secs_f64()));
                 interval = PLAIN_INTERVAL;
             }
         };
-        // Where the system starts no more threads, the work is done in silence.
+        // If the system starts no more threads, the work is done in silence.
         let _ = thread::Builder::new().spawn_scoped(scope, tell);
         let result = work();
         drop(done);
@@ -167,7 +167,7 @@ fn new_bar(title: &'static str, elapsed: Duration, known: bool) -> ProgressBar {
         "{prefix} {spinner} {elapsed:>4} {msg}"
     };
     let style = ProgressStyle::with_template(template).expect("the template is a constant").progress_chars("=> ");
-    ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr())
+    ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr())
         .with_style(style)
         .with_prefix(title)
         .with_elapsed(elapsed)
@@ -183,11 +183,11 @@ mod tests {
         assert_eq!(estimate.left(0.0, 0.5), None, "a run that was resumed begins anywhere");
         let left = (1..=20).filter_map(|i| estimate.left(f64::from(i), 0.5 + 0.01 * f64::from(i))).last().unwrap();
         assert!((left - 30.0).abs() < 1e-6, "{left}");
-        // Half as fast from here.
+        // From here the job is half as fast.
         let left = (1..=20).filter_map(|i| estimate.left(20.0 + f64::from(i), 0.7 + 0.005 * f64::from(i))).last();
         assert!((left.unwrap() - 40.0).abs() < 1e-6, "{left:?}");
         assert_eq!(estimate.left(50.0, 1.0), Some(0.0));
-        // At rest: hours would be said.
+        // The job pauses; an estimate would be hours.
         let left = (1..=20).map(|i| estimate.left(50.0 + f64::from(i), 1.0 + 1e-5 * f64::from(i))).last().unwrap();
         assert_eq!(left, None);
     }

@@ -1,9 +1,10 @@
-//! Numbers as people read them, and tables of them.
+//! Formats numbers and tables for people.
 
 use extricate::{PairId, Scene};
 pub use extricate_view::{MIXED_UNIT, metric_unit};
 
-/// The `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` of nothing.
+/// Returns the `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` if
+/// empty.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
     if values.is_empty() {
         return f64::NAN;
@@ -11,11 +12,11 @@ pub fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = share * (values.len() - 1) as f64;
     let (low, high) = (values[at.floor() as usize], values[at.ceil() as usize]);
-    // Equal neighbours may be infinite, and their difference is then no number.
+    // Equal neighbours may be infinite, and their difference would be NaN.
     if low == high { low } else { low + (at - at.floor()) * (high - low) }
 }
 
-/// A duration with three digits and a fitting unit.
+/// Formats a duration with three digits and a suitable unit.
 pub fn duration(seconds: f64) -> String {
     for (limit, factor, unit) in [(1e-3, 1e6, "us"), (1.0, 1e3, "ms"), (120.0, 1.0, "s")] {
         if seconds < limit {
@@ -25,13 +26,13 @@ pub fn duration(seconds: f64) -> String {
     format!("{} min", three_digits(seconds / 60.0))
 }
 
-/// A share as a percentage; never rounded up to `100 %`.
+/// Formats a share as a percentage; never rounds up to `100 %`.
 pub fn percent(share: f64) -> String {
     let tenths = (share * 1000.0 + 1e-9).floor() / 10.0;
     if tenths == tenths.round() { format!("{tenths:.0} %") } else { format!("{tenths:.1} %") }
 }
 
-/// A whole number with its thousands apart.
+/// Formats a whole number with separated thousands.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();
     let mut out = String::new();
@@ -44,12 +45,12 @@ pub fn count(n: usize) -> String {
     out
 }
 
-/// A whole number and what it counts: `1 query`, `1,200 queries`.
+/// Formats a whole number and what it counts: `1 query`, `1,200 queries`.
 pub fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(n), if n == 1 { one } else { many })
 }
 
-/// A number with so many digits behind the point; what rounds to zero has no sign.
+/// Formats a number with so many decimals; a value that rounds to zero has no sign.
 pub fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
@@ -58,8 +59,8 @@ pub fn fixed(value: f64, digits: usize) -> String {
     }
 }
 
-/// What one unit of the metric is, if it adds lengths to angles; `weights` is how they are called
-/// that change it.
+/// Explains one unit of the metric, if the metric adds lengths to angles; `weights` names the
+/// option that changes it.
 pub fn what_a_unit_is(scene: &Scene, weights: &str) -> Option<String> {
     if metric_unit(scene) != MIXED_UNIT {
         return None;
@@ -71,12 +72,12 @@ pub fn what_a_unit_is(scene: &Scene, weights: &str) -> Option<String> {
     })
 }
 
-/// Names of pairs, as two bodies each.
+/// Returns the names of both bodies of each pair.
 pub fn pair_names<'a>(scene: &'a Scene, pairs: &[PairId]) -> Vec<[&'a str; 2]> {
     pairs.iter().map(|&pair| scene.pair_names(pair)).collect()
 }
 
-/// The first `most` pairs in words: `arm - shelf, hand - shelf and 3 more`.
+/// Names the first `most` pairs: `arm - shelf, hand - shelf and 3 more`.
 pub fn pairs_in_words(names: &[[&str; 2]], most: usize) -> String {
     let mut text = names.iter().take(most).map(|[a, b]| format!("{a} - {b}")).collect::<Vec<_>>().join(", ");
     if names.len() > most {
@@ -85,7 +86,7 @@ pub fn pairs_in_words(names: &[[&str; 2]], most: usize) -> String {
     text
 }
 
-/// Two columns, the first padded; every row is one line.
+/// Formats two columns, the first padded; every row is one line.
 pub fn two_columns<L: AsRef<str>>(rows: &[(L, String)]) -> String {
     let width = rows.iter().map(|(label, _)| label.as_ref().chars().count()).max().unwrap_or(0);
     rows.iter().map(|(label, value)| format!("  {:<width$}  {value}", label.as_ref())).collect::<Vec<_>>().join("\n")

@@ -1,4 +1,4 @@
-//! An answer as the page reads it, with what the exact checker says along its exits.
+//! An answer as the page reads it, with the exact checker's verdicts along its exits.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use serde::Serialize;
 use crate::played::{Played, Waypoint, leg};
 use crate::slice::{Slice, slice};
 
-/// Parts that the straight segment to an exit is shown in: its ends and what lies between are
-/// checked at every percent.
-const STEPS: usize = 100;
-/// Exits of one answer that are shown, the nearest.
-const MOST_EXITS: usize = 9;
-/// Contacts of one exit that are drawn.
-const MOST_CONTACTS: usize = 64;
+/// Parts of the straight segment to an exit; the checker evaluates both ends and every percent
+/// between.
+const SEGMENT_STEPS: usize = 100;
+/// Largest number of exits of one answer that are shown, nearest first.
+const MAX_EXITS: usize = 9;
+/// Largest number of contacts of one exit that are drawn.
+const MAX_CONTACTS: usize = 64;
 
-/// How much is added to answers.
+/// Amount of data that is added to answers.
 #[derive(Debug, Clone, Copy)]
 pub struct Detail {
-    /// Cells of a slice to each side; 0 for no slice.
+    /// Cells along each side of a slice; 0 for no slice.
     pub slice_cells: usize,
 }
 
@@ -31,7 +31,7 @@ impl Default for Detail {
     }
 }
 
-/// Asks the exact checker what is shown beside answers.
+/// Computes the data that pages show beside answers, with the exact checker.
 pub struct Inspector<'a> {
     solver: &'a Solver,
     detail: Detail,
@@ -42,17 +42,17 @@ pub struct Inspector<'a> {
 #[derive(Debug, Serialize)]
 pub struct AnswerData {
     q: Vec<f64>,
-    /// Every number of the answer, under the names of the library; pairs and coordinates are
-    /// numbers. `None` where nothing free was found.
+    /// The answer under the names of the library, with pairs and coordinates as numbers. `None` if
+    /// nothing free was found.
     answer: Option<Answer>,
-    /// Time of the library call \[s\], where it was taken.
+    /// Time of the library call \[s\], if it was measured.
     seconds: Option<f64>,
-    /// The witness, then other distinct exits; none where the query is free.
+    /// The witness, then other distinct exits; empty if the query is free.
     exits: Vec<ExitData>,
-    /// Bodies of every pair that is named.
+    /// Bodies of every pair that is mentioned.
     pairs: BTreeMap<usize, [usize; 2]>,
     slice: Option<Slice>,
-    /// What is played back in place of an answer.
+    /// A path or a grasp that is played back in place of an answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     played: Option<Played>,
 }
@@ -60,18 +60,18 @@ pub struct AnswerData {
 #[derive(Debug, Serialize)]
 pub(crate) struct ExitData {
     depth: f64,
-    /// Waypoints between the query and the witness; none where the segment is straight.
+    /// Waypoints between the query and the witness; empty if the segment is straight.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     way: Vec<Waypoint>,
     witness: Vec<f64>,
-    /// \[m\]
+    /// Largest displacement of any point of the robot \[m\].
     max_displacement: f64,
     touching: Vec<PairId>,
     contacts: Vec<Contact>,
     stretches: Vec<Stretch>,
 }
 
-/// What collides from a percent of the straight segment on.
+/// Pairs that collide from a percent of the straight segment on, until the next stretch.
 #[derive(Debug, PartialEq, Serialize)]
 struct Stretch {
     from: usize,
@@ -81,12 +81,13 @@ struct Stretch {
 }
 
 impl<'a> Inspector<'a> {
-    /// Asks the checker of `solver`, in whose scene the answers are.
+    /// Takes the solver in whose scene the answers are.
     pub fn new(solver: &'a Solver, detail: Detail) -> Self {
         Self { solver, detail, scratch: CheckScratch::default() }
     }
 
-    /// What is shown of an answer to the query `q`; `seconds` is the time of the library call.
+    /// Adds the data of the page to an answer to the query `q`; `seconds` is the time of the
+    /// library call.
     pub fn answer_data(&mut self, q: &Config, answer: Option<Answer>, seconds: Option<f64>) -> AnswerData {
         let exits = answer.as_ref().map_or(Vec::new(), |answer| self.exits(q, answer));
         let mut named: Vec<PairId> = exits.iter().flat_map(ExitData::pairs).collect();
@@ -104,15 +105,15 @@ impl<'a> Inspector<'a> {
         self.solver
     }
 
-    /// What is shown of something else than an answer, which leads from `q` to an exit.
+    /// Returns the page's data of something other than an answer, which leads from `q` to an exit.
     pub(crate) fn played_data(&self, q: &Config, exit: ExitData, played: Played) -> AnswerData {
         let pairs = exit.pairs().map(|pair| self.bodies(pair)).collect();
         let (q, exits) = (q.to_vec(), vec![exit]);
         AnswerData { q, answer: None, seconds: None, exits, pairs, slice: None, played: Some(played) }
     }
 
-    /// What is shown of a way that no query found; contacts are those within `reach` \[m\] too, and
-    /// none without it.
+    /// Returns the page's data of an exit that no query found. Contacts within `reach` \[m\] count
+    /// too; without it none are listed.
     pub(crate) fn exit_by_way(
         &mut self,
         q: &Config,
@@ -126,18 +127,18 @@ impl<'a> Inspector<'a> {
         let stretches = self.stretches(q, &way, &witness);
         let clearance = self.solver.scene().clearance();
         let mut contacts = reach.map_or(Vec::new(), |reach| self.contacts(&witness, clearance.max(reach)));
-        contacts.truncate(MOST_CONTACTS);
+        contacts.truncate(MAX_CONTACTS);
         let touching = contacts.iter().map(|contact| contact.pair).collect();
         ExitData { depth, way, witness, max_displacement, touching, contacts, stretches }
     }
 
-    /// A pair, and its bodies.
+    /// Returns the index and the bodies of a pair.
     fn bodies(&self, pair: PairId) -> (usize, [usize; 2]) {
         let found = self.solver.scene().pairs()[pair.index()];
         (pair.index(), [found.first, found.second])
     }
 
-    /// How far \[m\] the point of the robot moves that moves farthest.
+    /// Largest displacement \[m\] of any point of the robot.
     fn moved(&self, from: &[f64], to: &[f64]) -> f64 {
         let (metric, mut anchor) = (self.solver.metric(), Anchor::default());
         metric.anchor(from, &mut anchor);
@@ -162,11 +163,11 @@ impl<'a> Inspector<'a> {
             contacts: self.contacts(witness, answer.clearance),
             stretches: self.stretches(q, &[], witness),
         };
-        let mut exits: Vec<ExitData> = all.into_iter().take(MOST_EXITS).map(of_exit).collect();
+        let mut exits: Vec<ExitData> = all.into_iter().take(MAX_EXITS).map(of_exit).collect();
         if let Some(nearest) = exits.first_mut() {
             (nearest.max_displacement, nearest.contacts) = (answer.max_displacement, answer.contacts.clone());
         }
-        exits.iter_mut().for_each(|exit| exit.contacts.truncate(MOST_CONTACTS));
+        exits.iter_mut().for_each(|exit| exit.contacts.truncate(MAX_CONTACTS));
         exits
     }
 
@@ -179,8 +180,8 @@ impl<'a> Inspector<'a> {
     fn stretches(&self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> Vec<Stretch> {
         let space = self.solver.scene().space();
         let (mut at, mut stretches) = (vec![0.0; q.len()], Vec::<Stretch>::new());
-        for step in 0..=STEPS {
-            let (from, to, share) = leg(q, way, witness, step as f64 / STEPS as f64);
+        for step in 0..=SEGMENT_STEPS {
+            let (from, to, share) = leg(q, way, witness, step as f64 / SEGMENT_STEPS as f64);
             between(space, from, to, share, &mut at);
             let pairs = self.solver.colliding_pairs(&at);
             let outside = space.outside(&at).next().is_some();
@@ -199,7 +200,7 @@ impl ExitData {
     }
 }
 
-/// The point at fraction `t` of the straight segment, also where an end is beyond the limits.
+/// The point at fraction `t` of the straight segment, even if an end is beyond the limits.
 fn between(space: &ConfigSpace, from: &[f64], to: &[f64], t: f64, out: &mut [f64]) {
     if t == 1.0 {
         return out.copy_from_slice(to);
@@ -215,7 +216,7 @@ mod tests {
     use extricate::{Label, QueryOptions, Sampler, builtin};
     use std::ops::ControlFlow;
 
-    /// What is shown of a configuration of this label, moved by `by` in its last joint.
+    /// The page's data of a configuration of this label, moved by `by` in its last joint.
     fn shown(label: Label, by: f64) -> (AnswerData, Solver) {
         let options = QueryOptions::default().exits(4);
         let solver = Solver::new(builtin::scene("planar-arm").unwrap()).options(options).unwrap();
@@ -236,14 +237,14 @@ mod tests {
         for exit in &data.exits {
             let (first, last) = (&exit.stretches[0], exit.stretches.last().unwrap());
             assert_eq!((first.from, &first.pairs), (0, &answer.colliding));
-            assert!(last.pairs.is_empty() && !last.outside && last.from <= STEPS);
+            assert!(last.pairs.is_empty() && !last.outside && last.from <= SEGMENT_STEPS);
             assert!(!exit.contacts.is_empty(), "an exit touches something");
         }
         assert!(data.pairs.iter().all(|(pair, bodies)| {
             let found = solver.scene().pairs()[*pair];
             *bodies == [found.first, found.second]
         }));
-        // What is shown is what the library gave, digit for digit.
+        // The page contains the answer of the library, digit for digit.
         let text = serde_json::to_value(&data).unwrap();
         assert_eq!(text["answer"], serde_json::to_value(answer).unwrap());
     }

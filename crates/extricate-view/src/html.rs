@@ -1,4 +1,4 @@
-//! The page as a file: what runs in the browser, and its data, in one HTML.
+//! The page as a file: scripts and data in one HTML file.
 
 use extricate::Scene;
 use serde::Serialize;
@@ -11,7 +11,7 @@ const SKELETON: &str = include_str!("../page/page.html");
 const STYLE: &str = include_str!("../page/style.css");
 const THREE: &str = include_str!("../page/three/three.min.js");
 const THREE_LICENCE: &str = include_str!("../page/three/LICENSE");
-/// In the order in which they need each other.
+/// The scripts in the order of their dependencies.
 const SCRIPTS: [&str; 9] = [
     include_str!("../page/words.js"),
     include_str!("../page/kinematics.js"),
@@ -23,24 +23,23 @@ const SCRIPTS: [&str; 9] = [
     include_str!("../page/live.js"),
     include_str!("../page/main.js"),
 ];
-/// What every page begins with, so that it is known again.
+/// Beginning of every page, by which pages are recognised.
 const HEAD: &str = "<!doctype html><!-- a page of extricate -->";
 
-/// What a page shows.
+/// Contents of a page.
 pub struct Page<'a> {
-    /// Its heading.
+    /// Heading of the page.
     pub title: &'a str,
-    /// How it was made, in words.
+    /// Describes in words how the page was made.
     pub made: &'a str,
-    /// Queries in order.
+    /// Queries and their answers, in order.
     pub answers: &'a [AnswerData],
-    /// Whether they are frames of a motion, which are played one after the other.
+    /// Whether the answers are frames of a motion, which are played one after the other.
     pub is_stream: bool,
-    /// What makes it live, where it is.
+    /// The library for a live page, if there is one.
     pub live: Option<&'a Live>,
 }
 
-/// What the scripts are given.
 #[derive(Serialize)]
 struct Data<'a> {
     title: &'a str,
@@ -52,10 +51,10 @@ struct Data<'a> {
 }
 
 impl Page<'_> {
-    /// The page: one HTML file that loads nothing from elsewhere.
+    /// Renders the page as one HTML file that loads nothing from elsewhere.
     ///
     /// # Errors
-    /// Where the data cannot be written as JSON, which no value of this crate causes.
+    /// Fails if the data cannot be written as JSON, which no value of this crate causes.
     pub fn html(&self, scene: &Scene) -> serde_json::Result<String> {
         let data = Data {
             title: self.title,
@@ -76,14 +75,14 @@ impl Page<'_> {
     }
 }
 
-/// What a page without a picture looks like.
+/// Style of a page without a 3D view.
 const PLAIN_STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; color: #1b2430; max-width: 940px; margin: 24px auto; \
     padding: 0 16px } h1 { font-size: 22px } h2 { font-size: 16px; margin: 18px 0 4px } .verdict { font-size: 17px } \
     .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(340px, 1fr)); gap: 12px 28px } figure { margin: 0 } \
     figcaption { color: #55606e; font-size: 13px } svg { width: 100% } table { border-collapse: collapse } \
     th { text-align: left; font-weight: 600; padding-right: 16px; vertical-align: top } td, th { padding-top: 3px }";
 
-/// A page of text and plots: `body` is HTML, in which names stand as [`escaped`] gives them.
+/// Renders a page of text and plots. `body` is HTML, in which names are [`escaped`].
 pub fn document(title: &str, body: &str) -> String {
     let title = escaped(title);
     format!(
@@ -96,7 +95,7 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// Text that no browser takes for markup.
+/// Escapes text, so that no browser takes it for markup.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -106,7 +105,7 @@ pub fn is_page(head: &[u8]) -> bool {
     head.starts_with(HEAD.as_bytes())
 }
 
-/// The skeleton with each of its places filled; what fills one place is not looked into for others.
+/// Fills each place of the skeleton. Text that fills one place is not searched for others.
 fn fill(skeleton: &str, places: &[(&str, String)]) -> String {
     let mut out = String::new();
     let mut rest = skeleton;
@@ -120,12 +119,12 @@ fn fill(skeleton: &str, places: &[(&str, String)]) -> String {
     out + rest
 }
 
-/// No text of a script ends it.
+/// Escapes the text of a script, so that it does not end the element.
 fn in_script(text: &str) -> String {
     text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
 }
 
-/// JSON that means the same and that no browser takes for HTML, whatever names are in it.
+/// Escapes JSON without changing its meaning, so that no browser takes names in it for HTML.
 fn json_in_script(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }

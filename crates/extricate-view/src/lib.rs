@@ -1,10 +1,10 @@
-//! Answers as a page: one HTML file that needs no network and no server, to look at a scene, at
-//! configurations in collision and at what a query found.
+//! Answers as a page: one HTML file that needs no network and no server, to inspect a scene,
+//! configurations in collision and the results of queries.
 //!
-//! Read `scene_data`, `answer_data`, `played` and `slice` for what the page is given, then `html`
-//! for how it becomes a file; `page/` beside this folder is what runs in the browser. Nothing here
-//! searches: answers come from the caller, and what is added to them (which pairs collide along an
-//! exit, the slice) is asked of the exact checker.
+//! `scene_data`, `answer_data`, `played` and `slice` define the data of the page, and `html` writes
+//! the file; `page/` beside this folder runs in the browser. Nothing here searches: answers come
+//! from the caller, and the exact checker computes what is added to them (pairs that collide along
+//! an exit, the slice).
 
 mod answer_data;
 mod html;

@@ -1,33 +1,33 @@
-//! What makes a page live: the library as WebAssembly, and the scene or model that it opens.
+//! The parts of a live page: the library as WebAssembly, and the scene or model that it opens.
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use extricate::Solver;
 use serde::Serialize;
 
-/// The library as WebAssembly, gzipped; empty where this was built without it.
+/// The library as WebAssembly, gzipped; empty if this crate was built without it.
 const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/extricate.wasm.gz"));
 
-/// The library, and what it opens, for the page.
+/// The library, and the scene or model that it opens, for the page.
 #[derive(Debug, Serialize)]
 pub struct Live {
     /// WebAssembly, gzipped or not, in base64.
     program: String,
     /// Bytes of a model file, or of a scene, in base64.
     scene: String,
-    /// Bytes of the scene that a model is asked in, if it is not the one that was learned.
+    /// Bytes of the scene in which a model is queried, if it is not the one that was learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     world: Option<String>,
 }
 
 impl Live {
-    /// The library that was built in, if one was.
+    /// Returns the library as WebAssembly, if this crate was built with it.
     pub fn built_in() -> Option<&'static [u8]> {
         (!BUILT_IN.is_empty()).then_some(BUILT_IN)
     }
 
-    /// A page that asks what `solver` does: its scene, its model if it has one, or the model in the
-    /// scene. `program` is the library as WebAssembly.
+    /// Prepares a page that answers as `solver` does: from its scene, its model if it has one, or
+    /// the model in the scene. `program` is the library as WebAssembly.
     pub fn new(program: &[u8], solver: &Solver) -> Self {
         let scene = || BASE64_STANDARD.encode(solver.scene().to_bytes());
         let (opened, world) = match solver.model() {

@@ -1,11 +1,10 @@
-//! What is played back and no query answered: paths from elsewhere, and grasps that were released.
+//! Data that the page plays back without a query: paths from elsewhere, and released grasps.
 
 use extricate::{CheckScratch, Config, SegmentOptions, SegmentOutcome};
 use serde::{Deserialize, Serialize};
 
 use crate::answer_data::{AnswerData, Inspector};
 
-/// What is played back.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Played {
@@ -13,74 +12,74 @@ pub(crate) enum Played {
     Grasp(GraspData),
 }
 
-/// What the exact checker says of a path.
+/// The exact checker's verdict on a path.
 #[derive(Debug, Serialize)]
 pub(crate) struct PathData {
     waypoints: usize,
-    /// In the scene's metric, from waypoint to waypoint.
+    /// Length from waypoint to waypoint, in the scene's metric.
     length: f64,
-    /// Segments that are proved free all along.
+    /// Number of segments that are proved free.
     free_segments: usize,
-    /// Segments on which something collides; of the others nothing is known.
+    /// Number of segments with a collision; the others are undecided.
     colliding_segments: usize,
-    /// Share of the way where the first collision is; `None` where none is known.
+    /// Share of the way at the first collision; `None` if none is known.
     first_collision: Option<f64>,
 }
 
 /// A grasp, under the names of `extricate grasp --json`.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 pub struct GraspData {
-    /// The configuration that was found.
+    /// The configuration of the released hand.
     pub config: Vec<f64>,
-    /// How far it is from the query, in the scene's metric.
+    /// Distance from the query, in the scene's metric.
     pub moved: f64,
     /// Whether the exact checker called it free.
     pub verified: bool,
     /// Links that touched at the query.
     pub touched: Vec<String>,
-    /// Those that still do.
+    /// Links that touched and still do.
     pub kept: Vec<String>,
-    /// Fingers that touched, and that still do.
+    /// Numbers of fingers that touched, and that still do.
     pub fingers: [usize; 2],
     /// Whether every contact is on its side of the object.
     pub kept_sides: bool,
-    /// How deep a link was in the object \[m\].
+    /// Greatest depth of a link in the object at the query \[m\].
     pub depth_before: f64,
-    /// How well the object is held.
+    /// Quality of the grasp; `None` if it was not evaluated.
     pub quality: Option<Quality>,
-    /// Where the hand touches the object.
+    /// Contacts of the hand with the object.
     #[serde(skip_serializing)]
     pub contacts: Vec<Touch>,
-    /// Exact checks and contact evaluations.
+    /// Number of exact checks and contact evaluations.
     pub checks: usize,
 }
 
-/// How well an object is held.
+/// Resistance of a grasp to wrenches.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 pub struct Quality {
-    /// Radius of the greatest ball of wrenches that the contacts resist.
+    /// Radius of the largest ball of wrenches that the contacts resist.
     pub epsilon: f64,
-    /// Whether they resist every wrench.
+    /// Whether the contacts resist every wrench.
     pub force_closure: bool,
 }
 
 /// A contact of a grasp, as far as the page needs it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Touch {
-    /// \[m\]
+    /// Signed distance of the two bodies \[m\].
     pub distance: f64,
 }
 
-/// A waypoint behind the first.
+/// A waypoint after the first.
 #[derive(Debug, Serialize)]
 pub(crate) struct Waypoint {
-    /// Share of the way up to it.
+    /// Share of the way at the waypoint.
     pub(crate) at: f64,
     pub(crate) q: Vec<f64>,
 }
 
 impl Inspector<'_> {
-    /// What is shown of a path: straight segments from waypoint to waypoint.
+    /// Returns the page's data of a path: straight segments from waypoint to waypoint.
     pub fn path_data(&mut self, first: &Config, rest: &[Config]) -> AnswerData {
         let all: Vec<&Config> = std::iter::once(first).chain(rest).collect();
         let metric = self.solver().metric();
@@ -90,19 +89,20 @@ impl Inspector<'_> {
         let path = self.judged(&all, &lengths, &shares);
         // The last waypoint is the witness.
         let last = way.pop().map_or_else(|| first.to_vec(), |last| last.q);
-        // Where a path ends nothing has to touch; what overlaps there is in its colour.
+        // The end of a path need not touch anything, so it has no contacts; overlaps there are
+        // coloured.
         let exit = self.exit_by_way(first, way, last, path.length, None);
         self.played_data(first, exit, Played::Path(path))
     }
 
-    /// What is shown of a grasp that was released from the query `q`.
+    /// Returns the page's data of a grasp that was released from the query `q`.
     ///
     /// # Errors
-    /// Where the grasp is of another hand.
+    /// Fails if the grasp belongs to another hand.
     pub fn grasp_data(&mut self, q: &Config, grasp: GraspData) -> Result<AnswerData, String> {
         let found = self.solver().scene().space().config_anywhere(&grasp.config);
         let found = found.map_err(|error| format!("config: {error}"))?;
-        // Contacts of a grasp are within its own reach, which is mostly above the clearance.
+        // Contacts of a grasp lie within its own reach, which is usually above the clearance.
         let reach = grasp.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::max);
         let exit = self.exit_by_way(q, Vec::new(), found.to_vec(), grasp.moved, Some(reach));
         Ok(self.played_data(q, exit, Played::Grasp(grasp)))
@@ -132,7 +132,7 @@ impl Inspector<'_> {
     }
 }
 
-/// Where each of some lengths ends, as a share of their sum; equal shares where that is 0.
+/// Ends of successive lengths as shares of their sum; equal shares if the sum is 0.
 fn shares(lengths: &[f64]) -> Vec<f64> {
     let (sum, count) = (lengths.iter().sum::<f64>(), lengths.len() as f64);
     let mut until = 0.0;
@@ -143,12 +143,13 @@ fn shares(lengths: &[f64]) -> Vec<f64> {
             until.min(1.0)
         })
         .collect();
-    // Not but for rounding.
+    // Without this, rounding could keep the last share below 1.
     shares.last_mut().into_iter().for_each(|last| *last = 1.0);
     shares
 }
 
-/// The configuration at fraction `t` of the way from `from` by `way` to `to`.
+/// The leg at fraction `t` of the way from `from` by `way` to `to`: its ends, and the share of the
+/// leg.
 pub(crate) fn leg<'a>(from: &'a [f64], way: &'a [Waypoint], to: &'a [f64], t: f64) -> (&'a [f64], &'a [f64], f64) {
     let (mut low, mut start) = (0.0, from);
     for point in way {
@@ -198,11 +199,11 @@ mod tests {
         assert!((exit["depth"].as_f64().unwrap() - length).abs() < 1e-12);
         assert_eq!(exit["way"][0], serde_json::json!({ "at": 0.5, "q": hit.to_vec() }));
         assert_eq!(exit["witness"], serde_json::json!(free.to_vec()));
-        // Free at both ends, in collision in the middle.
+        // The path is free at both ends and collides in the middle.
         let stretches = exit["stretches"].as_array().unwrap();
         let is_free = |at: usize| stretches[at]["pairs"].as_array().unwrap().is_empty();
         assert!(stretches.len() >= 3 && is_free(0) && is_free(stretches.len() - 1) && !is_free(1), "{stretches:?}");
-        // A path that stays where it is.
+        // A path that does not move at all.
         let still = value(&inspector.path_data(&free, &[free.clone(), free.clone()]));
         assert_eq!(still["played"]["path"]["free_segments"], 2);
         assert_eq!(still["exits"][0]["way"][0]["at"], 0.5);

@@ -1,4 +1,4 @@
-//! A scene as the page reads it: what it takes to place and draw every body at any configuration.
+//! A scene as the page reads it: the data to place and draw every body at any configuration.
 
 use extricate::geometry::Pose;
 use extricate::parts::{Factor, Frame, MotionRecord};
@@ -8,17 +8,16 @@ use serde::Serialize;
 use crate::triangles::{Encoded, Surface, shares};
 use crate::unit::metric_unit;
 
-/// Triangles of a page, most: about 0.6 MB of text.
-const MOST_TRIANGLES: usize = 50_000;
+/// Largest number of triangles of a page: about 0.6 MB of text.
+const MAX_TRIANGLES: usize = 50_000;
 
-/// A scene for the page.
+/// A scene as the page reads it.
 #[derive(Debug, Serialize)]
 pub struct SceneData<'a> {
-    /// What distances of the metric are measured in.
+    /// Unit of the metric's distances.
     unit: &'static str,
-    /// Name of the metric.
     metric: &'static str,
-    /// \[m\]
+    /// Least distance of checked pairs \[m\].
     clearance: f64,
     joints: Vec<JointData<'a>>,
     factors: &'a [Factor],
@@ -31,7 +30,7 @@ pub struct SceneData<'a> {
 struct JointData<'a> {
     name: &'a str,
     kind: &'a str,
-    /// First coordinate, and how many.
+    /// Index of the first coordinate; the others follow it.
     first: usize,
     count: usize,
 }
@@ -49,27 +48,27 @@ struct FrameData {
 struct BodyData<'a> {
     name: &'a str,
     frame: usize,
-    /// Unset of obstacles and attached objects.
+    /// Whether the body is a link, not an obstacle or an attached object.
     link: bool,
-    /// Where an obstacle is: what moving it replaces.
+    /// Pose of an obstacle, which the page replaces to move it.
     #[serde(skip_serializing_if = "Option::is_none")]
     seat: Option<[f64; 12]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<Encoded>,
 }
 
-/// Where frames are at a configuration, so that the page can check its kinematics.
+/// Positions of the frames at a configuration, by which the page checks its kinematics.
 #[derive(Debug, Serialize)]
 struct Probe {
     q: Vec<f64>,
     origins: Vec<[f64; 3]>,
 }
 
-/// What the page needs to know of a scene.
+/// Collects the data that the page needs of a scene.
 pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
-    let shares = shares(&counts, MOST_TRIANGLES);
+    let shares = shares(&counts, MAX_TRIANGLES);
     let body = |at: usize| {
         let body = &scene.bodies()[at];
         BodyData {
@@ -100,14 +99,14 @@ fn frame_data(frame: &Frame) -> FrameData {
     FrameData { parent: frame.parent, pose: numbers(&frame.pose_parent_joint), motion: frame.motion_record() }
 }
 
-/// The columns of the rotation, then the translation.
+/// Columns of the rotation, then the translation.
 fn numbers(pose: &Pose) -> [f64; 12] {
     let [x, y, z] = pose.columns();
     let numbers = [x, y, z, pose.origin()].concat();
     std::array::from_fn(|k| numbers[k])
 }
 
-/// At a configuration in which joints are away from 0.
+/// Evaluates the frames at a configuration in which joints are away from 0.
 fn probe(scene: &Scene) -> Probe {
     let mut q = vec![0.0; scene.space().nq()];
     for factor in scene.space().factors() {

@@ -1,56 +1,56 @@
-//! The plane through a query and two of its exits: where it is free, where something collides, and
-//! how far the proof reaches.
+//! The plane through a query and two of its exits: its free and colliding parts, and how far the
+//! proof reaches.
 //!
-//! A point of the plane is the query moved along a tangent vector, so the exits lie in it exactly,
-//! with rotations too. Lengths in it are those of the joint metric at the query; what is proved is
-//! measured in the scene's metric.
+//! A point of the plane is the query moved along a tangent vector, so the exits lie in the plane
+//! exactly, with rotations too. Lengths in the plane are those of the joint metric at the query;
+//! proved distances are in the scene's metric.
 
 use std::f64::consts::TAU;
 
 use extricate::{Anchor, CheckScratch, Checker, Config, ConfigSpace, Label, Manifold, Metric, MetricScratch, Solver};
-// Those of the standard library have other last bits in a browser.
+// The functions of the standard library differ in their last bits in a browser.
 use libm::{hypot, sincos};
 use serde::Serialize;
 
-/// How much farther than the exits the slice goes.
-const MARGIN: f64 = 1.25;
-/// A second exit that is farther than this many times the first does not widen the slice.
-const FARTHEST: f64 = 4.0;
-/// A second direction has to have this share of its length across the first.
-const LEAST_ACROSS: f64 = 0.05;
+/// Ratio of half the slice's side to the distance of the farther exit that it covers.
+const MARGIN_RATIO: f64 = 1.25;
+/// Largest ratio of the second exit's distance to the first's that widens the slice.
+const MAX_EXIT_RATIO: f64 = 4.0;
+/// Least share of a second direction's length that is perpendicular to the first.
+const MIN_ACROSS_SHARE: f64 = 0.05;
 /// Directions in which the distance from the query is measured.
 const RAYS: usize = 72;
-/// Halvings on each: a thousandth of a pixel.
+/// Halvings per ray: the last interval is half the slice's side over 2^23, far below a pixel.
 const HALVINGS: usize = 24;
-/// How far it is measured, in halves of the slice.
-const REACH: f64 = 2.0;
+/// Largest distance that is measured, in halves of the slice's side.
+const REACH_HALVES: f64 = 2.0;
 
-/// A square about the query.
+/// A square around the query.
 #[derive(Debug, Serialize)]
 pub struct Slice {
-    /// From the query to the sides, in the joint metric.
+    /// Distance from the query to the sides, in the joint metric.
     half: f64,
-    /// Cells to each side.
+    /// Cells along each side.
     cells: usize,
-    /// Of cells row by row, from the lower left: `f` free, `c` colliding, `o` outside the limits,
-    /// each followed by how many there are where more than one. Each was checked in its middle.
+    /// States of the cells' centres, row by row from the lower left: `f` free, `c` colliding, `o`
+    /// outside the limits. A count follows a state that repeats.
     states: String,
     /// Tangent vectors of length 1, to the right and up.
     axes: [Vec<f64>; 2],
-    /// Where the exits are; those beyond the second are where they are seen from above.
+    /// Positions of the exits; those after the second are projected onto the plane.
     exits: Vec<[f64; 2]>,
-    /// How many of them lie in the plane: 2, or 1 where the upward direction is that of a joint.
+    /// Number of exits that lie in the plane: 2, or 1 if the upward direction is that of a joint.
     in_plane: usize,
-    /// The coordinate that points up where there is no second exit.
+    /// The coordinate that points up, if no second exit spans the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     up: Option<String>,
-    /// Where the distance from the query is the lower bound, and where it is the depth, as closed
-    /// lines; empty where it is not reached.
+    /// Closed lines at which the distance from the query is the lower bound and the depth; empty if
+    /// it is not reached.
     rings: [Vec<[f32; 2]>; 2],
 }
 
-/// The slice through `q` and the first two of `witnesses`; `None` where there is no exit, or where
-/// the space is a line.
+/// Returns the slice through `q` and the first two of `witnesses`; `None` if there is no exit, or
+/// if the space is a line.
 pub fn slice(
     solver: &Solver,
     q: &Config,
@@ -97,12 +97,13 @@ impl<'a> PlaneFrame<'a> {
             return None;
         }
         let right: Vec<f64> = first.iter().map(|x| x / length).collect();
-        // What of a direction lies across the first, as a unit vector, where it is enough.
+        // Part of a direction that is perpendicular to the first, as a unit vector, if it is large
+        // enough.
         let across = |tangent: &[f64]| {
             let along = dot(tangent, &right);
             let rest: Vec<f64> = (0..nv).map(|k| tangent[k] - along * right[k]).collect();
             let length = dot(&rest, &rest).sqrt();
-            let is_enough = length > LEAST_ACROSS * dot(tangent, tangent).sqrt();
+            let is_enough = length > MIN_ACROSS_SHARE * dot(tangent, tangent).sqrt();
             is_enough.then(|| rest.iter().map(|x| x / length).collect::<Vec<f64>>())
         };
         let of_exit = tangents.get(1).and_then(|second| across(second));
@@ -121,15 +122,15 @@ impl<'a> PlaneFrame<'a> {
         Some(Self { space, q, axes: [right, above], exits, up })
     }
 
-    /// From the query to the sides.
+    /// Distance from the query to the sides.
     fn half(&self) -> f64 {
         let length = |exit: &[f64; 2]| hypot(exit[0], exit[1]);
         let nearest = self.exits.first().map_or(1.0, length);
         let second = self.exits.get(1).filter(|_| self.up.is_none()).map_or(0.0, length);
-        MARGIN * nearest.max(second.min(FARTHEST * nearest))
+        MARGIN_RATIO * nearest.max(second.min(MAX_EXIT_RATIO * nearest))
     }
 
-    /// The configuration at a point of the plane, within limits or not.
+    /// Writes the configuration at a point of the plane, within limits or not.
     fn config(&self, x: f64, y: f64, out: &mut [f64]) {
         let [right, above] = &self.axes;
         let tangent: Vec<f64> = right.iter().zip(above).map(|(a, b)| x * a + y * b).collect();
@@ -173,7 +174,7 @@ fn states(checker: &Checker, frame: &PlaneFrame, half: f64, cells: usize, scratc
     runs.iter().map(|(state, count)| if *count > 1 { format!("{state}{count}") } else { state.to_string() }).collect()
 }
 
-/// Where the distance from the query first is `radius`.
+/// Points at which the distance from the query first reaches `radius`.
 fn ring(metric: &Metric, frame: &PlaneFrame, half: f64, radius: f64) -> Vec<[f32; 2]> {
     let (mut anchor, mut scratch) = (Anchor::default(), MetricScratch::default());
     metric.anchor(frame.q, &mut anchor);
@@ -185,7 +186,7 @@ fn ring(metric: &Metric, frame: &PlaneFrame, half: f64, radius: f64) -> Vec<[f32
             frame.config(length * cosine, length * sine, &mut q);
             metric.distance_from(&anchor, &q, &mut scratch) >= radius
         };
-        let (mut low, mut high) = (0.0, REACH * half);
+        let (mut low, mut high) = (0.0, REACH_HALVES * half);
         if radius <= 0.0 || !is_beyond(high) {
             return Vec::new();
         }

@@ -1,4 +1,4 @@
-//! Surfaces as short as they can be told: few triangles, vertices as whole numbers, bytes as text.
+//! Surfaces in compact form: few triangles, vertices as whole numbers, bytes as text.
 
 use std::collections::HashMap;
 
@@ -9,41 +9,41 @@ use serde::Serialize;
 
 /// Segments around a round shape.
 const SEGMENTS: usize = 32;
-/// Points and cells of scenery are many: each is drawn as coarsely as can be.
+/// Segments around points and voxels, which are many and so drawn as coarsely as possible.
 const SCENERY_SEGMENTS: usize = 4;
-/// Shapes of a body from which on its round ones are drawn as those of scenery.
+/// Number of shapes of a body above which its round ones are drawn like scenery.
 const MANY_PARTS: usize = 200;
-/// Steps of a coordinate across a body: two bytes, an error below 0.01 mm in a metre.
-const STEPS: f64 = 65535.0;
-/// Cells across a body's longest side, finest first, that vertices are merged in.
-const GRIDS: [f64; 9] = [512.0, 256.0, 160.0, 100.0, 64.0, 40.0, 24.0, 12.0, 6.0];
+/// Steps of a coordinate across a body: two bytes, with an error below 0.01 mm in a metre.
+const COORDINATE_STEPS: f64 = 65535.0;
+/// Cells across a body's longest side in which vertices are merged, finest first.
+const GRID_CELLS: [f64; 9] = [512.0, 256.0, 160.0, 100.0, 64.0, 40.0, 24.0, 12.0, 6.0];
 
 /// A surface in the coordinates of a body's frame.
 pub struct Surface {
-    /// \[m\]
+    /// Positions in the body's frame \[m\].
     pub vertices: Vec<[f64; 3]>,
-    /// Counterclockwise seen from outside.
+    /// Indices of three vertices, counterclockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 /// A surface as the page reads it.
 #[derive(Debug, Serialize)]
 pub struct Encoded {
-    /// Least corner of the box around it \[m\].
+    /// Least corner of the bounding box \[m\].
     low: [f64; 3],
-    /// Sides of the box \[m\]; a coordinate is `low + side * number / 65535`.
+    /// Sides of the bounding box \[m\]; a coordinate is `low + side * number / 65535`.
     side: [f64; 3],
-    /// Three numbers of two bytes a vertex, little endian, in base64.
+    /// Three numbers of two bytes per vertex, little endian, in base64.
     vertices: String,
-    /// Three numbers a triangle, of two bytes, or of four where `wide`.
+    /// Three numbers per triangle, of two bytes each, or of four if `wide`.
     triangles: String,
     wide: bool,
-    /// Vertices nearer to each other than about this were merged \[m\]; 0 where none were.
+    /// Approximate distance within which vertices were merged \[m\]; 0 if none were.
     merged: f64,
 }
 
 impl Surface {
-    /// All shapes of a body.
+    /// Tessellates all shapes of a body.
     pub fn of(body: &Body) -> Self {
         let segments =
             |is_scenery| if is_scenery || body.parts.len() > MANY_PARTS { SCENERY_SEGMENTS } else { SEGMENTS };
@@ -58,7 +58,7 @@ impl Surface {
         surface
     }
 
-    /// Corners of the box around it; `None` where it is empty.
+    /// Corners of the bounding box; `None` if the surface is empty.
     fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
         let first = *self.vertices.first()?;
         let with = |(low, high): ([f64; 3], [f64; 3]), v: &[f64; 3]| {
@@ -67,8 +67,8 @@ impl Surface {
         Some(self.vertices.iter().fold((first, first), with))
     }
 
-    /// The surface with fewer triangles: vertices in one cell of a grid become one, and triangles
-    /// without area go.
+    /// Returns the surface with fewer triangles: vertices in one cell of a grid become one, and
+    /// triangles without area are removed.
     ///
     /// # Source
     /// Rossignac, Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993),
@@ -89,7 +89,8 @@ impl Surface {
             .collect();
         let renumbered = self.triangles.iter().map(|triangle| triangle.map(|corner| number[corner as usize]));
         let mut triangles: Vec<[u32; 3]> = renumbered.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-        // Of the same three corners one is enough; the least corner first, the sense kept.
+        // Remove copies of a triangle. Rotating the least corner to the front keeps the
+        // orientation.
         for triangle in &mut triangles {
             let least = (0..3).min_by_key(|&at| triangle[at]).unwrap_or(0);
             triangle.rotate_left(least);
@@ -99,8 +100,8 @@ impl Surface {
         Self { vertices, triangles }
     }
 
-    /// As text, with at most about `most` triangles; `None` where there is nothing to draw, or
-    /// where a vertex is not finite.
+    /// Encodes the surface with at most about `most` triangles; `None` if there is nothing to draw,
+    /// or if a vertex is not finite.
     pub fn encode(&self, most: usize) -> Option<Encoded> {
         let (low, high) = self.bounds()?;
         let side = [0, 1, 2].map(|k| high[k] - low[k]);
@@ -112,14 +113,16 @@ impl Surface {
         if self.triangles.len() <= most {
             return Some(self.as_text(low, side, 0.0));
         }
-        let coarsest = longest / GRIDS[GRIDS.len() - 1];
+        let coarsest = longest / GRID_CELLS[GRID_CELLS.len() - 1];
         let fits = |cell: &f64| *cell >= coarsest || self.merged(*cell, &low).triangles.len() <= most;
-        let cell = GRIDS.iter().map(|cells| longest / cells).find(fits)?;
+        let cell = GRID_CELLS.iter().map(|cells| longest / cells).find(fits)?;
         Some(self.merged(cell, &low).as_text(low, side, cell))
     }
 
     fn as_text(&self, low: [f64; 3], side: [f64; 3], merged: f64) -> Encoded {
-        let step = |x: f64, k: usize| if side[k] > 0.0 { (STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 };
+        let step = |x: f64, k: usize| {
+            if side[k] > 0.0 { (COORDINATE_STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 }
+        };
         let vertices = self.vertices.iter().flat_map(|v| (0..3).map(move |k| step(v[k], k)));
         let vertices: Vec<u8> = vertices.flat_map(u16::to_le_bytes).collect();
         let wide = self.vertices.len() > usize::from(u16::MAX);
@@ -139,8 +142,8 @@ impl Surface {
     }
 }
 
-/// How many triangles each of several surfaces may have, so that all have at most about `most`:
-/// small ones keep theirs, large ones share the rest.
+/// Shares at most about `most` triangles among several surfaces: small ones keep theirs, large ones
+/// share the rest.
 pub fn shares(counts: &[usize], most: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..counts.len()).collect();
     order.sort_by_key(|&at| counts[at]);
@@ -183,7 +186,7 @@ mod tests {
         let numbers: Vec<f64> = bytes.chunks(2).map(|b| f64::from(u16::from_le_bytes([b[0], b[1]]))).collect();
         for (read, vertex) in numbers.chunks(3).zip(&ball().vertices) {
             for k in 0..3 {
-                let x = text.low[k] + text.side[k] * read[k] / STEPS;
+                let x = text.low[k] + text.side[k] * read[k] / COORDINATE_STEPS;
                 assert!((x - vertex[k]).abs() < 1e-5, "{x} {}", vertex[k]);
             }
         }

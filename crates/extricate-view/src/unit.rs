@@ -1,12 +1,12 @@
-//! What distances are measured in.
+//! The unit of the distances of a metric.
 
 use extricate::{MetricKind, Scene};
 
-/// What distances are measured in that add lengths to angles.
+/// Unit of distances that add lengths to angles.
 pub const MIXED_UNIT: &str = "rad, m";
 
-/// What distances of the scene's metric are measured in (the joint metric adds what its joints are
-/// measured in).
+/// Returns the unit of the distances of the scene's metric; the joint metric adds coordinates in
+/// the units of its joints.
 pub fn metric_unit(scene: &Scene) -> &'static str {
     if scene.metric() != MetricKind::Joint {
         return "m";

@@ -1,6 +1,6 @@
-//! What the live page asks its WebAssembly, asked of the library as it is: one request a line of
-//! standard input, one reply a line. The arguments are a file with the bytes that the page opens,
-//! and one with those of the scene that it enters, where there is one.
+//! Answers the requests of the live page with the native library: one request per line of standard
+//! input, one reply per line. The arguments are a file with the bytes that the page opens and, if
+//! it enters another scene, a file with those.
 #![allow(clippy::print_stdout)]
 
 use std::io::BufRead;

@@ -1,8 +1,8 @@
-//! Six functions of plain numbers. JavaScript writes a request where `extricate_input` says, calls
-//! `extricate_open`, `extricate_enter` or `extricate_call`, and reads the reply at
-//! `extricate_output`.
+//! Six functions of plain numbers, for JavaScript. It writes a request to the address of
+//! `extricate_input`, calls `extricate_open`, `extricate_enter` or `extricate_call`, and reads the
+//! reply at `extricate_output`.
 //!
-//! The only unsafe thing is that their names are not mangled; memory is that of two vectors.
+//! Unsafe code is allowed only for names that are not mangled; two vectors hold the memory.
 #![allow(unsafe_code)]
 
 use std::cell::RefCell;
@@ -15,7 +15,7 @@ thread_local! {
     static SESSION: RefCell<Option<Session>> = const { RefCell::new(None) };
 }
 
-/// Makes room for a request of `length` bytes, and says where it is.
+/// Makes space for a request of `length` bytes, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_input(length: usize) -> *mut u8 {
     INPUT.with_borrow_mut(|input| {
@@ -25,8 +25,8 @@ pub extern "C" fn extricate_input(length: usize) -> *mut u8 {
     })
 }
 
-/// Opens the bytes of a scene or a model. 0, or 1 where they cannot be used; the reply then says
-/// why.
+/// Opens the bytes of a scene or a model. Returns 0, or 1 if they cannot be used; the reply then
+/// says why.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_open() -> u32 {
     let bytes = INPUT.take();
@@ -39,8 +39,8 @@ pub extern "C" fn extricate_open() -> u32 {
     }
 }
 
-/// Goes into another scene, whose bytes these are; a model stays. 0, or 1 if they cannot be used;
-/// the reply then says why.
+/// Enters another scene, given as bytes, and keeps the model. Returns 0, or 1 if they cannot be
+/// used; the reply then says why.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_enter() -> u32 {
     let bytes = INPUT.take();
@@ -50,8 +50,8 @@ pub extern "C" fn extricate_enter() -> u32 {
     })
 }
 
-/// Does what the request, a JSON object, asks for. 0, or 1 where it cannot be done; the reply then
-/// says why.
+/// Answers the request, a JSON object. Returns 0, or 1 if that is impossible; the reply then says
+/// why.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_call() -> u32 {
     let request = INPUT.take();
@@ -61,13 +61,13 @@ pub extern "C" fn extricate_call() -> u32 {
     })
 }
 
-/// Where the reply is.
+/// Returns the address of the reply.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_output() -> *const u8 {
     OUTPUT.with_borrow(|output| output.as_ptr())
 }
 
-/// How long it is \[bytes\].
+/// Returns the length of the reply \[bytes\].
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_output_length() -> usize {
     OUTPUT.with_borrow(Vec::len)

@@ -1,8 +1,8 @@
-//! `extricate` in a browser: a scene or a model is opened once, then queried, and its obstacles
-//! moved, without a server.
+//! `extricate` in a browser, without a server: opens a scene or a model, answers queries and moves
+//! obstacles.
 //!
-//! `exports` is what JavaScript calls: bytes in, bytes out, no pointer is read here. `session` is
-//! what is open, and what requests mean.
+//! `exports` is the interface for JavaScript: bytes in, bytes out, and it reads no pointer.
+//! `session` keeps the open scene or model, and answers requests.
 
 mod exports;
 mod session;

@@ -1,42 +1,41 @@
-//! A scene or a model that is open, and the requests that it answers.
+//! An open scene or model, and the requests that it answers.
 
 use extricate::geometry::Pose;
 use extricate::{Model, QueryOptions, Scene, Solver};
 use extricate_view::{Detail, Inspector};
 use serde::Deserialize;
 
-/// Most cells to each side of a slice: more are finer than a screen.
-const MOST_CELLS: usize = 512;
-/// Most exits.
-const MOST_EXITS: usize = 9;
+/// Largest number of cells along each side of a slice; more are finer than a screen.
+const MAX_CELLS: usize = 512;
+/// Largest number of exits of a query.
+const MAX_EXITS: usize = 9;
 
-/// What is open.
+/// An open scene or model.
 pub struct Session {
     solver: Solver,
 }
 
-/// A request.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
 enum Request {
-    /// The answer to a query, as [`extricate_view::AnswerData`].
+    /// Answers a query, as [`extricate_view::AnswerData`].
     Query {
         q: Vec<f64>,
-        /// How many distinct exits are wanted.
+        /// Number of distinct exits to find.
         exits: usize,
-        /// Cells to each side of the slice; 0 for none.
+        /// Cells along each side of the slice; 0 for none.
         cells: usize,
     },
-    /// Puts obstacles elsewhere: columns of the rotation, then the translation \[m\], world
-    /// coordinates.
+    /// Moves obstacles to poses in world coordinates: columns of the rotation, then the translation
+    /// \[m\].
     Move { obstacles: Vec<(String, [f64; 12])> },
 }
 
 impl Session {
-    /// Opens the bytes of a model file, or those of a scene.
+    /// Opens the bytes of a model file or of a scene.
     ///
     /// # Errors
-    /// What is wrong with the bytes.
+    /// Reports a fault of the bytes.
     pub fn open(bytes: &[u8]) -> Result<Self, String> {
         let solver = if Model::is_model(bytes) {
             Solver::of_model(Model::from_bytes("the page's model", bytes).map_err(in_words)?)
@@ -46,21 +45,21 @@ impl Session {
         Ok(Self { solver })
     }
 
-    /// Asks in another scene, whose bytes these are; what a model has learned stays.
+    /// Enters another scene, given as bytes, and keeps what a model has learned.
     ///
     /// # Errors
-    /// What is wrong with the bytes, or why the scene does not fit the model.
+    /// Reports a fault of the bytes, or why the scene does not fit the model.
     pub fn enter(&mut self, bytes: &[u8]) -> Result<(), String> {
         self.change(Scene::from_bytes(bytes).map_err(in_words)?)
     }
 
-    /// Answers a request, JSON for JSON.
+    /// Answers a request in JSON with a reply in JSON.
     ///
     /// # Errors
-    /// What is wrong with the request.
+    /// Reports a fault of the request.
     pub fn call(&mut self, request: &[u8]) -> Result<String, String> {
         match serde_json::from_slice(request).map_err(|error| format!("request: {error}"))? {
-            Request::Query { q, exits, cells } => self.query(&q, exits.min(MOST_EXITS), cells.min(MOST_CELLS)),
+            Request::Query { q, exits, cells } => self.query(&q, exits.min(MAX_EXITS), cells.min(MAX_CELLS)),
             Request::Move { obstacles } => self.move_to(&obstacles),
         }
     }
@@ -106,10 +105,9 @@ mod tests {
         (Session::open(&scene.to_bytes()).unwrap(), scene)
     }
 
-    /// A link is in an obstacle there.
+    /// A link is inside an obstacle at this configuration.
     const COLLIDING: [f64; 3] = [0.4, 0.0, 0.0];
 
-    /// A configuration in collision.
     fn colliding(scene: &Scene) -> Vec<f64> {
         let solver = Solver::new(scene.clone());
         let drawn = Sampler::new(&solver, Some(Label::Colliding), 0).draw(1, &mut |_, _| ControlFlow::Continue(()));
@@ -159,7 +157,8 @@ mod tests {
         let found = call(&mut session, &json!({ "do": "query", "q": q, "exits": 2, "cells": 0 }));
         let solver = Solver::of_model(learned).with_scene(other).unwrap();
         assert_eq!(found["answer"], serde_json::to_value(ask(&solver, &q, 2)).unwrap());
-        // The stored samples are used: without a model the same query takes other checks.
+        // The stored samples are used: without a model the same query takes a different number of
+        // checks.
         assert_ne!(found["answer"]["checks"], ask(&solver.without_model(), &q, 2).unwrap().checks);
         assert!(session.enter(b"nothing").unwrap_err().contains("no scene of this version"));
         assert!(!session.enter(&builtin::scene("hand").unwrap().to_bytes()).unwrap_err().is_empty());

@@ -1,5 +1,5 @@
-//! Robots drawn at random: trees of every kind of joint, with every kind of shape, sheets among
-//! them, from millimetres to kilometres.
+//! Random robots and worlds for the test of the bounds: trees of all joint types with shapes of all
+//! kinds, open meshes and flat sheets included, from millimetres to kilometres.
 
 use std::fmt::Write;
 use std::io::{Error as IoError, ErrorKind};
@@ -10,7 +10,7 @@ use extricate::{Error, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A box's corners and outward faces, numbered from 1 as OBJ files do.
+/// Corners and outward faces of a box; faces count corners from 1, as OBJ files do.
 const CORNERS: [[f64; 3]; 8] = [
     [-1., -1., -1.],
     [1., -1., -1.],
@@ -23,7 +23,7 @@ const CORNERS: [[f64; 3]; 8] = [
 ];
 const FACES: [[usize; 4]; 6] = [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]];
 
-/// The robot and world of a number.
+/// Returns the robot and world of a seed.
 pub fn chain(number: u64) -> Scene {
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let scale = 10f64.powf(rng.random_range(-3.0..3.0));
@@ -85,7 +85,7 @@ fn triple(rng: &mut ChaCha8Rng, reach: f64) -> String {
     format!("{x} {y} {z}")
 }
 
-/// One shape, or none.
+/// Writes one random shape, or none.
 fn collision(rng: &mut ChaCha8Rng, scale: f64, files: &mut Vec<(String, String)>) -> String {
     let mut size = || scale * rng.random_range(0.05..0.4);
     let (a, b, c) = (size(), size(), size());

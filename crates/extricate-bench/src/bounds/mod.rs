@@ -1,5 +1,5 @@
-//! Lower bounds against everything that is found below them: searches, and free configurations
-//! drawn within the bound.
+//! Compares lower bounds with every free configuration that is found near the query: by searches,
+//! and by draws within the bound.
 
 mod chains;
 
@@ -18,28 +18,28 @@ use serde_json::{Value, json};
 
 use chains::chain;
 
-/// Clearances \[m\] that a scene is queried with, in turn.
-const CLEARANCES: [f64; 3] = [0.0, 1e-4, 0.02];
-/// Configurations drawn within the bound of each query, and uniform draws before it is given up to
-/// find one that collides.
-const WITHIN: usize = 16;
-const MOST_DRAWS: usize = 400;
-/// Relative rounding that a bound may be off by.
-const ROUNDING: f64 = 1e-9;
-/// One query in so many is searched from more starts too, one by branch and bound, one
-/// exhaustively, and one is drawn 1e-9 from contact.
-const MORE_STARTS: usize = 6;
-const PROVED: usize = 50;
-const EXHAUSTIVE: usize = 200;
-const NEAR_CONTACT: usize = 5;
-/// Most checks of the longer searches.
-const MOST_CHECKS: usize = 2000;
+/// Clearances \[m\]; successive queries of a scene use them one after another.
+const CLEARANCES_M: [f64; 3] = [0.0, 1e-4, 0.02];
+/// Configurations drawn within the bound of each query.
+const DRAWS_WITHIN_BOUND: usize = 16;
+/// Uniform draws within which a free and a colliding configuration have to be found.
+const MAX_DRAWS: usize = 400;
+/// Relative rounding error by which a bound may exceed a depth.
+const ROUNDING_SHARE: f64 = 1e-9;
+/// Every query in so many is also searched from more starts, by branch and bound, or exhaustively,
+/// or is drawn 1e-9 from contact.
+const MORE_STARTS_PERIOD: usize = 6;
+const PROVED_PERIOD: usize = 50;
+const EXHAUSTIVE_PERIOD: usize = 200;
+const NEAR_CONTACT_PERIOD: usize = 5;
+/// Checks after which every search but the one by branch and bound stops.
+const MAX_CHECKS: usize = 2000;
 
-/// Queries `count` times a scene file, or as many random chains as `source` (`chains:FROM-TO`)
-/// says, each under every metric, and writes a JSON line for each.
+/// Queries a scene file `count` times, or each of the random chains `chains:FROM-TO`, under every
+/// metric. Writes a JSON line for each, and returns whether all bounds held.
 ///
 /// # Errors
-/// For a scene that cannot be read.
+/// Fails if `source` cannot be read.
 pub fn measure(source: &str, count: usize, seed: u64, mut output: impl Write) -> Result<bool> {
     let scenes: Vec<(String, Scene)> = match source.strip_prefix("chains:") {
         Some(range) => {
@@ -59,13 +59,12 @@ pub fn measure(source: &str, count: usize, seed: u64, mut output: impl Write) ->
     Ok(holds)
 }
 
-/// What was found of a scene.
 #[derive(Default)]
 struct Found {
     queries: usize,
     within: usize,
     shares: Vec<f64>,
-    /// Queries of which something free is nearer than the bound.
+    /// Queries with a free configuration nearer than the bound.
     broken: Vec<Value>,
 }
 
@@ -94,7 +93,7 @@ impl Found {
 
 fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<Found> {
     let with = |clearance: &f64| Ok(Solver::new(scene.with_clearance(*clearance)?));
-    let all = CLEARANCES.iter().map(with).collect::<Result<Vec<Solver>>>()?;
+    let all = CLEARANCES_M.iter().map(with).collect::<Result<Vec<Solver>>>()?;
     let metrics: Vec<Metric> = all.iter().map(|world| Metric::new(world.scene().clone())).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     if !all.iter().any(|world| has_both(world, &mut rng)) {
@@ -111,7 +110,8 @@ fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<Found> {
         .reduce(Found::default, Found::and))
 }
 
-/// One colliding configuration; `None` where none was drawn, or nothing free is known.
+/// Compares the bound of one colliding configuration. Returns `None` if none was drawn, or if
+/// nothing free is known.
 fn one(
     world: &Solver,
     metric: &Metric,
@@ -119,19 +119,19 @@ fn one(
     rng: &mut ChaCha8Rng,
     check: &mut CheckScratch,
 ) -> Option<Found> {
-    let q = colliding(world, number.is_multiple_of(NEAR_CONTACT), rng, check)?;
+    let q = colliding(world, number.is_multiple_of(NEAR_CONTACT_PERIOD), rng, check)?;
     let mut answers = Vec::new();
-    let termination = Termination::after_checks(MOST_CHECKS);
+    let termination = Termination::after_checks(MAX_CHECKS);
     let refined = QueryOptions::default().termination(termination);
     let mut kinds = vec![refined.clone()];
-    if number.is_multiple_of(MORE_STARTS) {
+    if number.is_multiple_of(MORE_STARTS_PERIOD) {
         kinds.push(refined.clone().starts(24));
     }
-    if number.is_multiple_of(PROVED) {
+    if number.is_multiple_of(PROVED_PERIOD) {
         let termination = Termination::after_checks(200);
         kinds.push(refined.clone().effort(Effort::Proved).termination(termination));
     }
-    if number.is_multiple_of(EXHAUSTIVE) {
+    if number.is_multiple_of(EXHAUSTIVE_PERIOD) {
         kinds.push(refined.effort(Effort::Exhaustive));
     }
     for options in kinds {
@@ -143,9 +143,9 @@ fn one(
     let (space, mut other) = (world.scene().space(), vec![0.0; q.len()]);
     let mut tangent = vec![0.0; space.nv()];
     let mut within = 0;
-    for _ in 0..WITHIN {
+    for _ in 0..DRAWS_WITHIN_BOUND {
         tangent.iter_mut().for_each(|step| *step = rng.random_range(-1.0..1.0));
-        // Any length near the bound will do: distances are measured below.
+        // The length need only be near the bound, because distances are measured below.
         space.integrate(&q, &tangent, &mut other);
         let unit = metric.distance(&q, &other).max(1e-300);
         let factor = bound * rng.random_range(0.5..1.02) / unit;
@@ -160,7 +160,7 @@ fn one(
         }
     }
     let mut found = Found { queries: 1, within, ..Found::default() };
-    if bound > best * (1.0 + ROUNDING) {
+    if bound > best * (1.0 + ROUNDING_SHARE) {
         let clearance = world.scene().clearance();
         let answers: Vec<Value> = answers
             .iter()
@@ -174,12 +174,11 @@ fn one(
     Some(found)
 }
 
-/// Whether some configurations are free and some collide: searches in vain for what there is not
-/// take long.
+/// Whether both labels occur. Without either, searches would take long and find nothing.
 fn has_both(world: &Solver, rng: &mut ChaCha8Rng) -> bool {
     let (space, mut check) = (world.scene().space(), CheckScratch::default());
     let mut q = vec![0.0; space.nq()];
-    let labels = (0..MOST_DRAWS).filter_map(|_| {
+    let labels = (0..MAX_DRAWS).filter_map(|_| {
         uniform(space, rng, &mut q);
         Some(world.checker().label(&space.config(&q).ok()?, &mut check))
     });
@@ -187,7 +186,7 @@ fn has_both(world: &Solver, rng: &mut ChaCha8Rng) -> bool {
     found.contains(&Label::Free) && found.contains(&Label::Colliding)
 }
 
-/// A configuration that collides, drawn uniformly or, by bisection to a free one, next to contact.
+/// Draws a colliding configuration: uniformly, or next to contact by bisection to a free one.
 fn colliding(world: &Solver, near_contact: bool, rng: &mut ChaCha8Rng, check: &mut CheckScratch) -> Option<Config> {
     let space = world.scene().space();
     let draw = |rng: &mut ChaCha8Rng| {
@@ -196,7 +195,7 @@ fn colliding(world: &Solver, near_contact: bool, rng: &mut ChaCha8Rng, check: &m
         space.config(&q).ok()
     };
     let (mut inside, mut outside) = (None, None);
-    for _ in 0..MOST_DRAWS {
+    for _ in 0..MAX_DRAWS {
         let q = draw(rng)?;
         match world.checker().label(&q, check) {
             Label::Colliding => inside = Some(q),

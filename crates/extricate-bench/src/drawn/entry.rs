@@ -1,4 +1,4 @@
-//! A scene as it is written: entries of its TOML file, and the files that those name.
+//! A scene as text: the entries of its TOML file, and the files that they name.
 
 use std::fmt::Write as _;
 use std::io::{Error as IoError, ErrorKind};
@@ -12,53 +12,48 @@ use extricate::{Error, Scene};
 use super::mesh_file;
 use super::robots::Robot;
 
-/// An obstacle's shape \[m\].
 #[derive(Debug, Clone)]
 pub enum Shape {
-    /// Full sides.
+    /// Full side lengths.
     Box([f64; 3]),
     /// Radius and length, along z.
     Cylinder([f64; 2]),
-    /// As it is.
+    /// The mesh itself.
     Mesh(TriangleMesh),
-    /// Its convex hull.
+    /// The convex hull of the mesh.
     Hull(TriangleMesh),
 }
 
-/// An obstacle.
 #[derive(Debug, Clone)]
 pub struct Obstacle {
-    /// Unique in the scene.
     pub name: String,
-    /// What it is.
     pub shape: Shape,
-    /// Where its middle is \[m\].
+    /// Position of its centre \[m\].
     pub xyz: [f64; 3],
     /// Roll, pitch and yaw \[rad\].
     pub rpy: [f64; 3],
 }
 
-/// A scene in files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// The scene file, without its ending.
+    /// Name of the scene file, without its ending.
     pub name: String,
-    /// The scene file's text.
     pub text: String,
-    /// Path from the scene file, and contents, of what it names.
+    /// Paths, relative to the scene file, and contents of the files that it names.
     pub files: Vec<(String, Vec<u8>)>,
-    /// The draw that it is of.
+    /// Number of draws until the scene was accepted.
     pub draws: usize,
 }
 
 impl Written {
-    /// Without robots and obstacles.
+    /// Begins a scene without robots and obstacles.
     pub fn new(name: &str) -> Self {
         let text = "clearance = 1e-4\nmetric = { kind = \"joint\" }\n".to_string();
         Self { name: name.to_string(), text, files: Vec::new(), draws: 1 }
     }
 
-    /// Adds a robot, called `name` where that is not empty; `raw` leaves its meshes as they are.
+    /// Adds a robot. An empty `name` is left out of the entry; `raw` keeps meshes as they are if
+    /// the robot allows it, else they become convex hulls.
     pub fn robot(&mut self, robot: &Robot, name: &str, xyz: [f64; 3], raw: bool) {
         let name = if name.is_empty() { String::new() } else { format!("name = \"{name}\"\n") };
         let geometry = if raw && robot.raw { "mesh" } else { "convex-hull" };
@@ -73,8 +68,8 @@ impl Written {
         }
     }
 
-    /// Adds obstacles, with numbers rounded to a tenth of a millimetre: then no machine's last bits
-    /// are in the file.
+    /// Adds obstacles. Numbers are rounded to a tenth of a millimetre, so that the file does not
+    /// depend on the last bits of a machine's arithmetic.
     pub fn obstacles(&mut self, obstacles: &[Obstacle]) {
         for Obstacle { name, shape, xyz, rpy } in obstacles {
             let (xyz, rpy) = (xyz.map(rounded), rpy.map(rounded));
@@ -95,20 +90,20 @@ impl Written {
         }
     }
 
-    /// The scene file and all that it names, but for what was fetched.
+    /// The scene file and all files that it names, except those of fetched robots.
     pub fn all_files(&self) -> Vec<(String, Vec<u8>)> {
         let own = (format!("{}.toml", self.name), self.text.clone().into_bytes());
         std::iter::once(own).chain(self.files.iter().cloned()).collect()
     }
 
-    /// What a program that loads the files would have.
+    /// Assembles the scene as a program that loads its files would.
     pub fn assembled(&self) -> Result<Scene> {
         let scene = assemble(Path::new("scene.toml"), &self.text, &mut |path| {
             let wanted: PathBuf = path.components().filter(|part| part.as_os_str() != ".").collect();
             if let Some((_, contents)) = self.files.iter().find(|(name, _)| Path::new(name) == wanted) {
                 return Ok(contents.clone());
             }
-            // Fetched robots are where they were fetched to, which their paths tell from the root.
+            // Fetched robots lie outside of the scene's folder, so their paths are absolute.
             let found = if wanted.is_absolute() { std::fs::read(&wanted) } else { Err(ErrorKind::NotFound.into()) };
             found.map_err(|source: IoError| Error::Read { path: path.into(), source })
         });
@@ -121,7 +116,7 @@ impl Written {
     }
 }
 
-/// To four decimals.
+/// Rounds to four decimals.
 fn rounded(x: f64) -> f64 {
     (x * 1e4).round() / 1e4
 }

@@ -1,4 +1,4 @@
-//! Kinds of obstacles, drawn around what a robot reaches.
+//! Kinds of obstacles, drawn around the space that a robot reaches.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -12,14 +12,13 @@ use super::robots::Space;
 use crate::exact::meshes::{bumpy, torus};
 use crate::exact::poses::direction;
 
-/// Draws the obstacles of a scene.
 type Kind = fn(&mut ChaCha8Rng, &Space) -> Vec<Obstacle>;
 
-/// What there is for every robot.
+/// Kinds of obstacles that every robot is drawn with.
 pub const KINDS: [(&str, Kind); 5] =
     [("boxes", boxes), ("shelf", shelf), ("cage", cage), ("ring", ring), ("mesh", mesh)];
 
-/// 3 to 12 boxes, turned at random.
+/// 3 to 12 boxes in random orientations.
 fn boxes(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let count = rng.random_range(3..=12);
     let box_at = |k| {
@@ -29,14 +28,15 @@ fn boxes(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     (1..=count).map(box_at).collect()
 }
 
-/// Sides, a back and 2 to 5 boards at random heights.
+/// A shelf: sides, a back and 2 to 5 boards at random heights.
 fn shelf(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let r = space.reach;
     let [wide, deep, high] = [0.5..1.0, 0.2..0.4, 0.6..1.1].map(|range| r * rng.random_range(range));
     let (thick, away) = (r * rng.random_range(0.02..0.05), r * rng.random_range(0.45..0.8));
     let low = -r * rng.random_range(0.2..0.5);
-    // The shelf's x axis leads from the robot to its back, z from board to board. Of a planar robot
-    // the boards stand upright, one beside the other: else its plane would meet no two.
+    // The shelf's x axis leads from the robot to its back, z from board to board. For a planar
+    // robot the boards stand upright, side by side; otherwise its plane would not cross two of
+    // them.
     let roll = if space.flat { FRAC_PI_2 } else { 0.0 };
     let rpy = [roll, 0.0, rng.random_range(-PI..PI)];
     let middle = Vec3::from(space.middle);
@@ -55,7 +55,7 @@ fn shelf(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     parts.into_iter().map(placed).collect()
 }
 
-/// 5 to 14 bars on a circle, each a little aslant.
+/// 5 to 14 bars on a circle, each slightly slanted.
 fn cage(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let count = rng.random_range(5..=14);
     let away = if space.floor.is_some() { rng.random_range(0.3..0.7) } else { rng.random_range(0.45..0.8) };
@@ -75,14 +75,13 @@ fn cage(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     (1..=count).map(bar).collect()
 }
 
-/// A torus.
 fn ring(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let (major, minor) = (rng.random_range(0.2..0.45), rng.random_range(0.04..0.12));
     let shape = Shape::Mesh(torus(space.reach * major, space.reach * minor, 48, 16));
     vec![named("ring".into(), shape, around(rng, space, 0.3..0.8), turn(rng))]
 }
 
-/// 2 or 3 meshes with bumps, or their hulls.
+/// 2 or 3 bumpy meshes, or their hulls.
 fn mesh(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let count = rng.random_range(2..=3);
     let mesh_at = |k| {
@@ -94,7 +93,8 @@ fn mesh(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     (1..=count).map(mesh_at).collect()
 }
 
-/// Small cubes all over the space of the seven-joint arm, clear of what its first link sweeps.
+/// Small cubes all over the space of the seven-joint arm, outside of the volume that its first link
+/// sweeps.
 pub fn cubes(rng: &mut ChaCha8Rng, count: usize, side: f64) -> Vec<Obstacle> {
     let mut place = |_| loop {
         let at = [0; 3].map(|_| rng.random_range(-1.2_f64..1.2));
@@ -109,7 +109,7 @@ pub fn cubes(rng: &mut ChaCha8Rng, count: usize, side: f64) -> Vec<Obstacle> {
     places.into_iter().enumerate().map(cube).collect()
 }
 
-/// One obstacle before a robot: a box, a post or a mesh with bumps.
+/// One obstacle in front of a robot: a box, a post or a bumpy mesh.
 pub fn before(rng: &mut ChaCha8Rng, space: &Space) -> Obstacle {
     let r = space.reach;
     let shape = match rng.random_range(0..3) {
@@ -124,7 +124,7 @@ fn named(name: String, shape: Shape, xyz: [f64; 3], rpy: [f64; 3]) -> Obstacle {
     Obstacle { name, shape, xyz, rpy }
 }
 
-/// A place at a share of the reach from the middle, not below a robot that stands on something.
+/// Draws a position at a share of the reach from the middle, not below it.
 fn around(rng: &mut ChaCha8Rng, space: &Space, shares: std::ops::Range<f64>) -> [f64; 3] {
     let away = space.reach * rng.random_range(shares);
     let d = if space.flat {
@@ -137,7 +137,7 @@ fn around(rng: &mut ChaCha8Rng, space: &Space, shares: std::ops::Range<f64>) -> 
     (Vec3::from(space.middle) + d * away).into()
 }
 
-/// Roll, pitch and yaw of a rotation drawn uniformly from all.
+/// Roll, pitch and yaw of a uniformly distributed rotation.
 fn turn(rng: &mut ChaCha8Rng) -> [f64; 3] {
     [rng.random_range(-PI..PI), rng.random_range(-1.0_f64..1.0).asin(), rng.random_range(-PI..PI)]
 }

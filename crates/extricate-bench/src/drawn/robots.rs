@@ -1,44 +1,42 @@
-//! The robots that scenes are drawn around, and where about them obstacles matter.
+//! The robots that scenes are drawn around, and the space about them where obstacles matter.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use extricate::builtin;
 
-/// How far from each other several arms stand \[m\]: more than twice their reach.
-pub const APART: f64 = 3.0;
+/// Distance between neighbouring arms \[m\]: more than twice their reach.
+pub const ARM_SPACING_M: f64 = 3.0;
 
-/// Where obstacles are drawn.
+/// The space in which obstacles are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Space {
-    /// What they are drawn around \[m\].
+    /// Centre of the space \[m\].
     pub middle: [f64; 3],
-    /// How far the robot gets from there, about \[m\].
+    /// Approximate reach of the robot from the centre \[m\].
     pub reach: f64,
-    /// Whether the robot moves in the plane z = 0 alone.
+    /// Whether the robot only moves in the plane z = 0.
     pub flat: bool,
-    /// Height \[m\] that bars stand on. Without one they reach above and below the robot.
+    /// Height \[m\] of the bottom of bars. If unset, bars extend above and below the robot.
     pub floor: Option<f64>,
 }
 
-/// A robot as scene files name it.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// In the names of scenes.
+    /// Part of the names of scenes.
     pub name: &'static str,
-    /// Lines of its entry.
+    /// Lines of the robot's entry in the scene file.
     pub entry: String,
-    /// What follows the entry.
+    /// Lines of the scene file after the entry.
     pub pairs: &'static str,
-    /// Path from the scene file, and contents.
+    /// Paths, relative to the scene file, and contents of the robot's files.
     pub files: Vec<(String, Vec<u8>)>,
-    /// Whether its meshes can be used as they are.
+    /// Whether its meshes can be used without taking hulls.
     pub raw: bool,
-    /// Where obstacles are drawn.
     pub space: Space,
 }
 
-/// The built-in robots, and those that were fetched to a folder.
+/// The built-in robots, and those of the folder `fetched`.
 pub fn all(fetched: Option<&Path>) -> Result<Vec<Robot>> {
     let mut robots = built_in();
     if let Some(folder) = fetched {
@@ -50,7 +48,7 @@ pub fn all(fetched: Option<&Path>) -> Result<Vec<Robot>> {
 /// The robots of built-in scenes.
 pub fn built_in() -> Vec<Robot> {
     let planar = Space { middle: [0.0; 3], reach: 1.2, flat: true, floor: None };
-    // Bars within reach of the fingers would go through the palm, were they not to stand above it.
+    // Bars stand above the palm, because those within reach of the fingers would pass through it.
     let hand = Space { middle: [0.0, 0.0, 0.06], reach: 0.12, flat: false, floor: Some(0.03) };
     vec![
         seven_joint_arm(),
@@ -59,7 +57,7 @@ pub fn built_in() -> Vec<Robot> {
     ]
 }
 
-/// The arm of `shelf-arm`.
+/// The arm of the built-in scene `shelf-arm`.
 pub fn seven_joint_arm() -> Robot {
     let space = Space { middle: [0.0, 0.0, 0.4], reach: 1.0, flat: false, floor: None };
     built_in_robot("seven-joint-arm", "shelf-arm", "arm", space)
@@ -81,7 +79,7 @@ fn built_in_robot(name: &'static str, scene: &str, urdf: &str, space: Space) -> 
 /// Name, URDF, further lines, pairs, whether meshes may stay raw, middle and reach.
 type Fetched = (&'static str, &'static str, &'static str, &'static str, bool, [f64; 3], f64);
 
-/// As bench/scenes.py has them.
+/// The same robots as in bench/scenes.py.
 const FETCHED: [Fetched; 3] = [
     (
         "panda",
@@ -105,7 +103,7 @@ const FETCHED: [Fetched; 3] = [
         "allegro",
         "allegro_hand_description/urdf/allegro_right_hand.urdf",
         "",
-        // They overlap by design of the model's boxes.
+        // The two boxes overlap by design of the model.
         "[pairs]\ndisable = [[\"palm_link\", \"link_13.0\"]]\n",
         true,
         [0.03, 0.0, 0.04],
@@ -113,7 +111,7 @@ const FETCHED: [Fetched; 3] = [
     ),
 ];
 
-/// The robots that scripts/fetch-robots.py unpacks into `folder`.
+/// Reads the robots that scripts/fetch-robots.py unpacks into `folder`.
 fn others(folder: &Path) -> Result<Vec<Robot>> {
     let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
     let packages = folder.ancestors().nth(2).context("expected the folder that scripts/fetch-robots.py fills")?;

@@ -1,4 +1,4 @@
-//! Whether a drawn scene is worth asking: what the exact checker says of it.
+//! Decides with the exact checker whether a drawn scene is worth querying.
 
 use std::ops::RangeInclusive;
 
@@ -12,26 +12,22 @@ use rand_chacha::ChaCha8Rng;
 
 use super::entry::Written;
 
-/// Configurations that the share is told from: it is within 3 % of what it seems, two times in
-/// twenty aside.
+/// Configurations from which a share is estimated: its standard error is at most 1.6 percent.
 const SAMPLES: usize = 1000;
-/// With so few it is clear already that a scene is nearly free or nearly always collides.
-const FIRST: usize = 100;
+/// A first sample: enough to reject scenes that are nearly free or nearly always collide.
+const FIRST_SAMPLES: usize = 100;
 
-/// What a scene is.
 #[derive(Debug)]
 pub struct Look {
-    /// The share of uniform configurations that collide.
+    /// Share of uniform configurations that collide.
     pub share: f64,
-    /// The share of uniform configurations that collide with an obstacle.
+    /// Share of uniform configurations that collide with an obstacle.
     pub with_obstacles: f64,
-    /// How many coordinates a configuration has.
     pub coordinates: usize,
-    /// How many obstacles there are.
     pub obstacles: usize,
 }
 
-/// Loads a scene and samples it.
+/// Loads a scene and estimates its shares.
 pub fn look(written: &Written) -> Result<Look> {
     let scene = written.assembled()?;
     let (coordinates, obstacles) = (scene.space().nq(), scene.bodies().iter().filter(|b| b.robot.is_none()).count());
@@ -39,12 +35,12 @@ pub fn look(written: &Written) -> Result<Look> {
     Ok(Look { share: share(&Checker::new(scene.into()), SAMPLES), with_obstacles, coordinates, obstacles })
 }
 
-/// Whether the share of colliding configurations is in `range`, as many at least collide with
-/// obstacles, and nothing that cannot move is in one. As fewer than all collide, no pair always
-/// does.
+/// Whether the shares of configurations that collide, and that collide with obstacles, lie in
+/// `range`, and no fixed link is inside an obstacle. The upper limit also excludes pairs that
+/// always collide.
 ///
-/// The share with obstacles counts by itself, as hands collide with themselves more often than not:
-/// what is drawn around one out of its reach would be no scene of its own.
+/// Obstacles have a share of their own because hands mostly collide with themselves: obstacles out
+/// of their reach would add nothing.
 pub fn is_sane(written: &Written, range: RangeInclusive<f64>) -> Result<bool> {
     let scene = written.assembled()?;
     if fixed_link_collides(&scene) {
@@ -52,20 +48,20 @@ pub fn is_sane(written: &Written, range: RangeInclusive<f64>) -> Result<bool> {
     }
     let (least, most) = (*range.start(), *range.end());
     let (obstacles, all) = (Checker::new(with_obstacles(&scene)?.into()), Checker::new(scene.into()));
-    if share(&obstacles, FIRST) < 0.5 * least || share(&all, FIRST) > 0.5 * (1.0 + most) {
+    if share(&obstacles, FIRST_SAMPLES) < 0.5 * least || share(&all, FIRST_SAMPLES) > 0.5 * (1.0 + most) {
         return Ok(false);
     }
     Ok(share(&obstacles, SAMPLES) >= least && share(&all, SAMPLES) <= most)
 }
 
-/// The scene with pairs of a link and an obstacle alone.
+/// The scene with only the pairs of a link and an obstacle.
 fn with_obstacles(scene: &Scene) -> Result<Scene> {
     let pairs = scene.pairs().iter().map(|pair| [pair.first, pair.second].map(|body| &scene.bodies()[body]));
     let of_links = pairs.filter(|pair| pair.iter().all(|body| body.robot.is_some()));
     Ok(scene.disabled(of_links.map(|pair| pair.map(|body| body.name.as_str())))?)
 }
 
-/// The share of uniform configurations that collide.
+/// Share of uniform configurations that collide.
 fn share(checker: &Checker, samples: usize) -> f64 {
     let space = checker.scene().space();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
@@ -76,7 +72,7 @@ fn share(checker: &Checker, samples: usize) -> f64 {
     labels.iter().filter(|label| **label == Label::Colliding).count() as f64 / samples as f64
 }
 
-/// Whether a link that cannot move is in an obstacle. Scenes do not check such pairs.
+/// Whether a link that cannot move is inside an obstacle; scenes do not check such pairs.
 fn fixed_link_collides(scene: &Scene) -> bool {
     let fixed: Vec<&Body> = scene.bodies().iter().filter(|body| body.frame == 0).collect();
     let mut scratch = PairScratch::default();

@@ -1,4 +1,4 @@
-//! Scenes with a closed form or a fixed build: carts before walls, and a ball among voxels.
+//! Scenes with a known depth or a fixed construction: carts before walls, and a ball among voxels.
 
 use std::fmt::Write as _;
 
@@ -7,23 +7,21 @@ use rand_chacha::ChaCha8Rng;
 
 use super::entry::{Obstacle, Shape, Written};
 
-/// How many cubes of which side \[m\] clutter the space of an arm.
+/// Number and side \[m\] of the cubes that clutter the space of an arm.
 pub const CLUTTERS: [(usize, f64); 2] = [(100, 0.12), (1000, 0.055)];
-/// Numbers of carts.
-pub const CARTS: [usize; 4] = [4, 8, 12, 20];
-/// Kinds of walls: how many boxes each is of, or `wide`.
+pub const CART_COUNTS: [usize; 4] = [4, 8, 12, 20];
+/// Kinds of walls: the number of boxes that a wall consists of, or `wide`.
 pub const WALLS: [&str; 3] = ["1", "5", "wide"];
-/// Voxels a side of their block, and how many of them are taken.
+/// Cells of the voxel block along each axis, and how many of them are occupied.
 const CELLS: [usize; 3] = [16, 16, 5];
-const TAKEN: usize = 645;
-/// Side of a voxel \[m\].
-const VOXEL: f64 = 0.05;
+const TAKEN_CELLS: usize = 645;
+const VOXEL_SIDE_M: f64 = 0.05;
 
 /// Cubes of 0.2 m on parallel rails, each with a wall of 1 m across its rail.
 ///
 /// The depth of q is `sqrt(sum_k max(0, 0.6001 - |q_k|)^2)`: half the wall, half the cart and the
-/// clearance. Narrow walls are as wide as carts, so that the shortest exit of an overlap leads
-/// across the rail, where carts cannot go; out of wide ones it leads along the rail.
+/// clearance. Narrow walls are as wide as carts, so the shortest separation of an overlap leads
+/// across the rail, where carts cannot go; for wide walls it leads along the rail.
 pub fn carts(count: usize, wall: &str) -> Written {
     let mut scene = Written::new(&format!("carts-{count}-{wall}"));
     let (apart, across) = if wall == "wide" { (3.0, 2.5) } else { (1.0, 0.2) };
@@ -54,7 +52,7 @@ fn carts_urdf(count: usize, apart: f64) -> String {
     text + "</robot>\n"
 }
 
-/// A ball on three sliders among voxels: half of a block, so that what is free is many small
+/// A ball on three sliders in a block of which half the cells are voxels: free space is many small
 /// pockets.
 pub fn voxels(rng: &mut ChaCha8Rng, name: &str) -> Written {
     let mut scene = Written::new(name);
@@ -63,15 +61,15 @@ pub fn voxels(rng: &mut ChaCha8Rng, name: &str) -> Written {
     let [nx, ny, nz] = CELLS;
     let mut cells: Vec<usize> = (0..nx * ny * nz).collect();
     // The beginning of a shuffle by R. Durstenfeld, Algorithm 235, 1964.
-    for k in 0..TAKEN {
+    for k in 0..TAKEN_CELLS {
         let other = rng.random_range(k..cells.len());
         cells.swap(k, other);
     }
-    cells.truncate(TAKEN);
+    cells.truncate(TAKEN_CELLS);
     cells.sort_unstable();
     for cell in cells {
-        let [x, y, z] = [cell / (ny * nz), cell / nz % ny, cell % nz].map(|v| v as f64 * VOXEL);
-        let shape = Shape::Box([VOXEL; 3]);
+        let [x, y, z] = [cell / (ny * nz), cell / nz % ny, cell % nz].map(|v| v as f64 * VOXEL_SIDE_M);
+        let shape = Shape::Box([VOXEL_SIDE_M; 3]);
         scene.obstacles(&[still(format!("voxel_{cell}"), shape, [x - 0.4, y - 0.4, z])]);
     }
     scene

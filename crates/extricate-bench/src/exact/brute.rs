@@ -1,30 +1,30 @@
-//! The slow truth: all pairs of triangles of two meshes in f64, and containment by winding numbers.
-//! Shares no code with the checker: its own distances, its own crossing test, its own inside test.
+//! The slow reference: all pairs of triangles of two meshes in f64, and containment by winding
+//! numbers. It shares no code with the checker: it has its own distances, crossing test and inside
+//! test.
 
 use extricate::geometry::{Pose, TriangleMesh};
 use extricate::internals::math::Vec3;
 
 type Corners = [Vec3; 3];
 
-/// What is known of two placed meshes.
+/// Reference result for two placed meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
-    /// Least distance of two triangles \[m\], 0 where any cross; infinite where it is above the
-    /// reach that was asked for.
+    /// Least distance of two triangles \[m\]: 0 if any cross, infinite if it exceeds `reach`.
     pub distance: f64,
-    /// Some edge passes through a triangle, and would still do so if anything moved by the
+    /// Whether an edge passes through a triangle, and would still do so if anything moved by the
     /// tolerance.
     pub crosses_clearly: bool,
-    /// A component of one lies in a closed component of the other, judged by a vertex. Not asked
-    /// where triangles decide.
+    /// Whether a component of one mesh lies in a closed component of the other, judged by one
+    /// vertex. Not evaluated if the triangles decide.
     pub contained: bool,
 }
 
 /// Compares every triangle of `a` with every one of `b`, which `pose` places in the frame of `a`.
 ///
-/// Triangles whose balls are farther apart than `reach` \[m\], or than the least distance so far,
-/// are not looked at more closely; the search ends at a pair that crosses clearly or is nearer than
-/// `enough` \[m\].
+/// Triangles are skipped if their bounding balls are farther apart than `reach` \[m\] or the least
+/// distance so far. The comparison ends at a pair that crosses clearly or is nearer than `enough`
+/// \[m\].
 pub fn truth(a: &TriangleMesh, b: &TriangleMesh, pose: &Pose, [enough, reach]: [f64; 2], tolerance: f64) -> Truth {
     let moved = moved(b, pose);
     let first: Vec<(Corners, Vec3, f64)> = (0..a.triangles.len()).map(|t| with_ball(a.corners(t))).collect();
@@ -60,10 +60,10 @@ fn with_ball(corners: Corners) -> (Corners, Vec3, f64) {
     (corners, middle, radius * (1.0 + 1e-12))
 }
 
-/// Distance of two triangles, 0 where they cross, and whether they cross clearly.
+/// Distance of two triangles, 0 if they cross, and whether they cross clearly.
 ///
 /// The minimum is at two edges, at a corner over a face, or 0 at an edge through a face. Edges are
-/// compared clamped, so that degenerate triangles (segments, points) need nothing of their own.
+/// compared as clamped segments, so degenerate triangles (segments, points) need no special case.
 pub fn triangles(s: &Corners, t: &Corners, tolerance: f64) -> (f64, bool) {
     let mut crossing = Crossing::No;
     for k in 0..3 {
@@ -96,14 +96,14 @@ impl Crossing {
     }
 }
 
-/// Unit normal; `None` for a triangle without area worth the name.
+/// Unit normal; `None` for a triangle of negligible area.
 fn normal(t: &Corners) -> Option<Vec3> {
     let cross = (t[1] - t[0]).cross(&(t[2] - t[0]));
     let longest = (0..3).map(|k| (t[(k + 1) % 3] - t[k]).norm_squared()).fold(0.0, f64::max);
     (cross.norm() > 1e-12 * longest).then(|| cross.normalize())
 }
 
-/// Distances \[m\] of a point of the plane from the three edges, positive inside.
+/// Least distance \[m\] of a point of the plane from the three edges, positive inside.
 fn inward(t: &Corners, normal: &Vec3, p: &Vec3) -> f64 {
     let side = |k: usize| {
         let edge = t[(k + 1) % 3] - t[k];
@@ -120,8 +120,7 @@ fn edge_through(face: &Corners, from: Vec3, to: Vec3, tolerance: f64) -> Crossin
     }
     let point = from + (to - from) * (above / (above - below));
     let inside = inward(face, &normal, &point);
-    // A slanting edge moves its crossing point by more than it is moved itself: by the inverse of
-    // its slope.
+    // If a slanting edge moves, its crossing point moves farther, by the inverse of its slope.
     let slope = (above - below).abs() / (to - from).norm();
     if inside * slope > 4.0 * tolerance && above.abs().min(below.abs()) > tolerance {
         Crossing::Clearly
@@ -132,8 +131,8 @@ fn edge_through(face: &Corners, from: Vec3, to: Vec3, tolerance: f64) -> Crossin
     }
 }
 
-/// Squared distance of a corner from the inside of a face; infinite where its foot is outside
-/// (edges see to that).
+/// Squared distance of a corner from the interior of a face; infinite if its projection lies
+/// outside, because edges cover that case.
 fn corner_over(face: &Corners, p: &Vec3) -> f64 {
     let Some(normal) = normal(face) else { return f64::INFINITY };
     let height = normal.dot(&(p - face[0]));
@@ -141,8 +140,8 @@ fn corner_over(face: &Corners, p: &Vec3) -> f64 {
 }
 
 /// Squared distance of two segments: C. Ericson, Real-Time Collision Detection, 2005, section
-/// 5.1.9, and because clamping loses digits where segments are nearly parallel, the four distances
-/// of ends as well.
+/// 5.1.9. The four distances of the ends are compared too, because clamping loses digits for nearly
+/// parallel segments.
 fn segments(p: Vec3, p_end: Vec3, q: Vec3, q_end: Vec3) -> f64 {
     let ends = [(p, q, q_end), (p_end, q, q_end), (q, p, p_end), (q_end, p, p_end)];
     let mut best = ends.iter().map(|(x, a, b)| point_segment(x, a, b)).fold(f64::INFINITY, f64::min);
@@ -166,8 +165,8 @@ fn point_segment(x: &Vec3, a: &Vec3, b: &Vec3) -> f64 {
     (a + edge * s - x).norm_squared()
 }
 
-/// Whether some component of `inner` has its first vertex in what the closed components of `outer`
-/// wind around: cavities wind the other way.
+/// Whether some component of `inner` has its first vertex inside `outer`. Closed components count
+/// by their winding numbers, and cavities wind the other way.
 fn holds(outer: &TriangleMesh, inner: &TriangleMesh) -> bool {
     let probes =
         inner.components.iter().filter(|c| !c.triangles.is_empty()).map(|c| inner.corners(c.triangles.start)[0]);
@@ -178,7 +177,7 @@ fn holds(outer: &TriangleMesh, inner: &TriangleMesh) -> bool {
     probes.into_iter().any(|p| winds(&p) > 0.5)
 }
 
-/// Sum of the solid angles over 4 pi: A. Van Oosterom and J. Strackee, 1983,
+/// Winding number: sum of the solid angles over 4 pi. A. Van Oosterom and J. Strackee, 1983,
 /// doi:10.1109/TBME.1983.325207.
 fn winding(mesh: &TriangleMesh, triangles: std::ops::Range<usize>, p: &Vec3) -> f64 {
     let angle = |t: usize| {

@@ -1,12 +1,11 @@
-//! Meshes that are made, not loaded: for the growth curves, and the awkward ones for the test of
-//! exactness.
+//! Synthetic meshes: for the growth curves, and awkward ones for the test of exactness.
 
 use extricate::geometry::TriangleMesh;
 use extricate::internals::math::Vec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// A closed ball of radius about 1 with a few smooth bumps: `8 * 4^level` triangles of the same
+/// A closed ball of radius about 1 with a few smooth bumps: `8 * 4^level` triangles, and the same
 /// shape at every level.
 pub fn bumpy(level: u32, phase: f64) -> TriangleMesh {
     let mut vertices: Vec<Vec3> = [1.0, -1.0].iter().flat_map(|s| (0..3).map(move |k| Vec3::ith(k, *s))).collect();
@@ -70,8 +69,8 @@ pub fn sheet(n: u32) -> TriangleMesh {
     TriangleMesh::new(vertices.collect(), faces.collect())
 }
 
-/// A closed box whose faces are grids of `n x n` squares: coplanar triangles, thin where a half
-/// side is.
+/// A closed box whose faces are grids of `n x n` squares: coplanar triangles, thin along an axis
+/// with a small half side.
 pub fn slab(half: Vec3, n: u32) -> TriangleMesh {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for axis in 0..3 {
@@ -91,7 +90,7 @@ pub fn slab(half: Vec3, n: u32) -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
-/// Loose triangles: ordinary ones, needles and slivers down to a thousandth of a micrometre thick.
+/// Loose triangles: ordinary ones, needles, and slivers as thin as a thousandth of a micrometre.
 pub fn soup(count: usize, rng: &mut ChaCha8Rng) -> TriangleMesh {
     let mut vertices = Vec::new();
     for k in 0..count {
@@ -104,7 +103,7 @@ pub fn soup(count: usize, rng: &mut ChaCha8Rng) -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
-/// All triangles of several meshes.
+/// Joins all triangles of several meshes into one.
 pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for mesh in meshes {
@@ -115,18 +114,17 @@ pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
-/// A solid with a cavity of the shape of `inner`, which has to lie in `outer`.
+/// A solid with a cavity of the shape of `inner`, which has to lie inside `outer`.
 pub fn hollow(outer: &TriangleMesh, mut inner: TriangleMesh) -> TriangleMesh {
     inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     joined(&[outer.clone(), inner])
 }
 
-/// A mesh without its last `count` triangles.
+/// The mesh without its last `count` triangles.
 pub fn opened(mesh: &TriangleMesh, count: usize) -> TriangleMesh {
     TriangleMesh::new(mesh.vertices.clone(), mesh.triangles[..mesh.triangles.len() - count].to_vec())
 }
 
-/// One triangle.
 pub fn single() -> TriangleMesh {
     TriangleMesh::new(
         vec![Vec3::new(-0.4, -0.3, 0.0), Vec3::new(0.5, -0.2, 0.1), Vec3::new(0.0, 0.5, -0.1)],

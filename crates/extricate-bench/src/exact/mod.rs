@@ -1,5 +1,5 @@
-//! The checker against brute force, over poses at random and next to the margin, of ordinary and of
-//! awkward meshes.
+//! Compares the checker with brute force, for ordinary and awkward meshes in poses at random and
+//! next to the margin.
 
 pub mod brute;
 pub mod meshes;
@@ -16,31 +16,29 @@ use serde_json::json;
 use meshes::{bumpy, hollow, joined, opened, sheet, single, slab, soup, torus};
 use poses::{Approach, Body};
 
-/// How far from the margin an answer may be either way \[m\], for bodies up to 1 m; larger ones
-/// round in proportion.
-pub const TOLERANCE: f64 = 1e-9;
+/// Distance from the margin \[m\] within which either answer is accepted, for bodies up to 1 m;
+/// larger bodies round in proportion.
+pub const TOLERANCE_M: f64 = 1e-9;
 
-/// What was found.
+/// Counts of compared poses.
 #[derive(Debug, Clone, Default)]
 pub struct Report {
-    /// Poses that were compared.
     pub poses: usize,
-    /// Nearer than the margin, by brute force.
+    /// Poses nearer than the margin or contained, by brute force.
     pub near: usize,
-    /// Within a micrometre of the margin.
+    /// Poses within a micrometre of the margin.
     pub tight: usize,
-    /// One body inside the other, surfaces apart.
+    /// Poses with one body inside the other, surfaces apart.
     pub contained: usize,
-    /// Within the tolerance of the margin: not judged.
+    /// Poses within the tolerance of the margin, which are not judged.
     pub undecided: usize,
-    /// Answers that differ from brute force.
+    /// Poses for which the checker contradicts brute force.
     pub disagreements: usize,
-    /// The first few of them, in words.
+    /// The first ten disagreements in words.
     pub examples: Vec<String>,
 }
 
 impl Report {
-    /// One line.
     pub fn json(&self) -> String {
         json!({
             "poses": self.poses, "near": self.near, "within_1e-6": self.tight, "contained": self.contained,
@@ -62,18 +60,18 @@ impl Report {
     }
 }
 
-/// Poses of one case in a row.
-const CASE: usize = 50;
+/// Poses that one pair of bodies is compared in.
+const POSES_PER_CASE: usize = 50;
 
-/// Compares `poses` poses (to the next multiple of 50); the same seed gives the same poses.
+/// Compares `poses` poses, rounded up to a multiple of 50; the same seed gives the same poses.
 pub fn run(poses: usize, seed: u64) -> Report {
     let bodies = bodies();
-    let cases = poses.div_ceil(CASE);
+    let cases = poses.div_ceil(POSES_PER_CASE);
     (0..cases).into_par_iter().map(|k| case(&bodies, k, seed)).reduce(Report::default, Report::add)
 }
 
-/// Ordinary meshes, thin sheets, grids of coplanar triangles, a single triangle, degenerate soup,
-/// nested and open parts.
+/// Ordinary meshes, thin sheets, grids of coplanar triangles, a single triangle, degenerate
+/// triangles, nested and open parts.
 fn bodies() -> Vec<(&'static str, TriangleMesh)> {
     let mut rng = ChaCha8Rng::seed_from_u64(17);
     let scaled = |mesh: &TriangleMesh, s: f64| mesh.scaled([s; 3]);
@@ -98,27 +96,28 @@ fn bodies() -> Vec<(&'static str, TriangleMesh)> {
 fn case(bodies: &[(&str, TriangleMesh)], index: usize, seed: u64) -> Report {
     let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(index as u64));
     let ((name_a, a), (name_b, b)) = (&bodies[index % bodies.len()], &bodies[index / bodies.len() % bodies.len()]);
-    // Sizes from a tenth of a millimetre to a hundred metres, alike or not; most are as they are.
+    // Sizes range from a tenth of a millimetre to a hundred metres, alike or not; most are
+    // unscaled.
     let scale = [1.0, 1.0, 1.0, 1e-4, 100.0][rng.random_range(0..5)];
     let ratio = [1.0, 1.0, 1.0, 0.05, 20.0][rng.random_range(0..5)];
     let (a, b) = (Body::new(a.scaled([scale; 3])), Body::new(b.scaled([scale * ratio; 3])));
     let size = a.ball.1.max(b.ball.1);
     let margin = [0.0, 1e-6, 1e-4, 1e-2 * size][rng.random_range(0..4)];
-    let tolerance = TOLERANCE * size.max(1.0);
-    // Flat bodies also stand parallel to the axes, so that faces are coplanar.
+    let tolerance = TOLERANCE_M * size.max(1.0);
+    // Flat bodies are also aligned with the axes, so that faces are coplanar.
     let aligned = rng.random_range(0..4) == 0;
     let mut scratch = PairScratch::default();
     let mut report = Report::default();
-    while report.poses < CASE {
+    while report.poses < POSES_PER_CASE {
         let mut approach = Approach::random(&a, &b, &mut rng);
         if aligned {
             approach.align(rng.random_range(0..3));
         }
         let mut way = rng.random::<f64>() * (a.ball.1 + b.ball.1);
         if rng.random_range(0..3) > 0
-            && let Some(edge) = approach.last_contact(&a, &b, margin, 0.1 * TOLERANCE, &mut scratch)
+            && let Some(edge) = approach.last_contact(&a, &b, margin, 0.1 * TOLERANCE_M, &mut scratch)
         {
-            // From twice the tolerance to a millimetre, either side.
+            // Move between twice the tolerance and a millimetre to either side of the contact.
             let off = 2.0 * tolerance * 10f64.powf(rng.random::<f64>() * 5.7);
             way = edge + if rng.random() { off } else { -off };
         }
@@ -145,7 +144,7 @@ fn case(bodies: &[(&str, TriangleMesh)], index: usize, seed: u64) -> Report {
     report
 }
 
-/// Whether the pair is nearer than the margin; `None` where that is within the tolerance.
+/// Whether the pair is nearer than the margin; `None` if the tolerance leaves it open.
 pub fn expected(truth: &brute::Truth, margin: f64, tolerance: f64) -> Option<bool> {
     let near = truth.crosses_clearly || truth.distance < margin - tolerance;
     let far = truth.distance > margin + tolerance;

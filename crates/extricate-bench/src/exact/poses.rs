@@ -6,13 +6,11 @@ use extricate::internals::math::Vec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// A shape with the mesh it was made from.
+/// A mesh with the shape that was prepared from it.
 pub struct Body {
-    /// Its triangles.
     pub mesh: TriangleMesh,
-    /// Prepared for checks.
     pub shape: PreparedShape,
-    /// The middle of its box, and half the diagonal \[m\].
+    /// Centre of its bounding box, and half the diagonal \[m\].
     pub ball: (Vec3, f64),
 }
 
@@ -35,15 +33,15 @@ impl Body {
     }
 }
 
-/// A line of approach: the second body, turned at random, moves away from the middle of the first
-/// one.
+/// A line of approach: the second body, randomly rotated, moves away from the middle of the first.
 pub struct Approach {
     start: Pose,
     direction: Vec3,
 }
 
 impl Approach {
-    /// At random. It begins where the middles of the boxes are at most a third of the radii apart.
+    /// Draws an approach whose bounding boxes' centres begin at most a third of the summed radii
+    /// apart.
     pub fn random(a: &Body, b: &Body, rng: &mut ChaCha8Rng) -> Self {
         let mut start = Pose { rotation: rotation(rng), translation: Vec3::zeros() };
         let offset = direction(rng) * (rng.random::<f64>() * (a.ball.1 + b.ball.1) / 3.0);
@@ -51,19 +49,19 @@ impl Approach {
         Self { start, direction: direction(rng) }
     }
 
-    /// Takes the turn out, and approaches along an axis: faces that are parallel stay so.
+    /// Removes the rotation and approaches along an axis, so that parallel faces stay parallel.
     pub fn align(&mut self, axis: usize) {
         self.start.rotation = extricate::internals::math::Mat3::identity();
         self.direction = Vec3::ith(axis, 1.0);
     }
 
-    /// After `way` \[m\].
+    /// The pose after `way` \[m\].
     pub fn at(&self, way: f64) -> Pose {
         Pose { translation: self.start.translation + self.direction * way, ..self.start }
     }
 
-    /// A way within `precision` \[m\] of where the pair stops being nearer than `limit` (not the
-    /// only one, perhaps); `None` where it is not near to begin with.
+    /// Bisects for a `way` within `precision` \[m\] of one at which the pair stops being nearer
+    /// than `limit`; there may be others. Returns `None` if it is not nearer at the start.
     pub fn last_contact(
         &self,
         a: &Body,
@@ -78,7 +76,7 @@ impl Approach {
         }
         while far - near > precision {
             let middle = 0.5 * (near + far);
-            // Rounding ends it where a mesh is too large for the precision.
+            // For a large mesh, rounding may prevent the precision from being reached.
             if middle <= near || middle >= far {
                 break;
             }
@@ -88,7 +86,7 @@ impl Approach {
     }
 }
 
-/// `count` random poses of which half, to one, are nearer than `limit`.
+/// Draws up to `count` random poses, about half of them nearer than `limit`.
 pub fn half_colliding(a: &Body, b: &Body, limit: f64, count: usize, rng: &mut ChaCha8Rng) -> Vec<Pose> {
     let (mut near, mut far) = (Vec::new(), Vec::new());
     let mut scratch = PairScratch::default();
@@ -105,8 +103,8 @@ pub fn half_colliding(a: &Body, b: &Body, limit: f64, count: usize, rng: &mut Ch
     shuffled(near.into_iter().chain(far).collect(), rng)
 }
 
-/// `count` poses at most 1 mm, along a random approach, from where the pair loses the distance
-/// `limit`; half on each side.
+/// Draws poses within 1 mm, along a random approach, of one at which the distance is `limit`; half
+/// of them on each side on average.
 pub fn near_contact(a: &Body, b: &Body, limit: f64, count: usize, rng: &mut ChaCha8Rng) -> Vec<Pose> {
     let mut poses = Vec::new();
     let mut scratch = PairScratch::default();
@@ -129,7 +127,7 @@ fn shuffled(mut poses: Vec<Pose>, rng: &mut ChaCha8Rng) -> Vec<Pose> {
     poses
 }
 
-/// Uniform on the unit sphere.
+/// Draws a point uniformly from the unit sphere.
 pub fn direction(rng: &mut ChaCha8Rng) -> Vec3 {
     loop {
         let v = Vec3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
@@ -140,7 +138,7 @@ pub fn direction(rng: &mut ChaCha8Rng) -> Vec3 {
     }
 }
 
-/// Uniform over all rotations: K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
+/// Draws a uniform rotation: K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
 fn rotation(rng: &mut ChaCha8Rng) -> extricate::internals::math::Mat3 {
     let [u, v, w] = [0; 3].map(|_| rng.random::<f64>());
     let (r, s) = ((1.0 - u).sqrt(), u.sqrt());

@@ -1,5 +1,5 @@
-//! Batches of queries as a program in Rust asks them, each timed as a whole, in turns with another
-//! language: what that adds is measured against it.
+//! Batches of queries from Rust, each timed as a whole, and alternating with another language whose
+//! overhead is measured against them.
 
 use std::io::{BufRead, Write};
 use std::ops::{ControlFlow, Range};
@@ -15,13 +15,13 @@ use serde_json::json;
 use super::options;
 use crate::clock::ProcessTime;
 
-/// Answers some rows of `queries` (f64, little endian, nothing between them) for each line `FROM TO
-/// HOW` of `commands`, and writes one JSON line: `wall` and `processor` seconds from the numbers to
+/// Answers some rows of `queries` (f64, little endian, without gaps) for each line `FROM TO HOW` of
+/// `commands`. Writes one JSON line for each: `wall` and `processor` seconds from the numbers to
 /// the last answer, and the sum of depths.
 ///
-/// `HOW` is a number of threads for a batch; or `loop` for a plain loop that keeps nothing; or
-/// `each:THREADS`, where every thread answers all the rows by such a loop, `wall` being that of the
-/// slowest, `depth` the sum of all.
+/// `HOW` is a number of threads for a batch, or `loop` for a plain loop that keeps no answers. With
+/// `each:THREADS` every thread answers all rows in such a loop; `wall` is that of the slowest
+/// thread and `depth` is the sum over all.
 pub fn serve(model: &str, queries: &str, effort: &str, commands: impl BufRead, mut output: impl Write) -> Result<()> {
     let solver = Solver::of_model(io::load_model(Path::new(model))?).options(options(effort)?)?;
     let bytes = std::fs::read(queries).with_context(|| queries.to_string())?;
@@ -53,9 +53,9 @@ pub fn serve(model: &str, queries: &str, effort: &str, commands: impl BufRead, m
 }
 
 enum How {
-    /// As one batch, on so many threads.
+    /// One batch on so many threads.
     Batch(usize),
-    /// By each of so many threads, all of them.
+    /// All rows on each of so many threads.
     Each(usize),
 }
 

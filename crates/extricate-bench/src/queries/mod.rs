@@ -1,5 +1,5 @@
-//! Answers to the queries of a file, each timed in processor time: what other programs do meanwhile
-//! is not in it; nor is what only the first queries of a program cost.
+//! Answers the queries of a file and times each in processor time, which excludes other programs. A
+//! warm-up excludes the costs of a program's first queries.
 
 pub mod batches;
 pub mod moved;
@@ -16,14 +16,14 @@ use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
 
-/// How long other configurations are asked first.
+/// Time for which other configurations are queried first.
 pub const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate
-/// query --json` that the benchmarks read; `seconds` are those of this thread. `asked` is a model,
-/// which may be asked in another scene, or a scene file (.toml), which is asked without one.
-/// `effort` is one of the names of efforts, or the number of starts of `refined`, or its most
-/// checks, as `50-checks`.
+/// query --json` that the benchmarks read; `seconds` are processor time of this thread. `asked` is
+/// a model, which may be queried in another scene, or a scene file (.toml), which is queried
+/// without a model. `effort` is the name of an effort, a number of starts of `refined`, or its
+/// largest number of checks, as `50-checks`.
 pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
     let solver = load(asked, other)?.options(options(effort)?)?;
@@ -59,7 +59,7 @@ fn load(asked: &str, other: Option<&str>) -> Result<Solver> {
     }
 }
 
-/// The configuration of a line `{"q": [...]}`.
+/// Reads the configuration of a line `{"q": [...]}`.
 pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
     let line: Value = serde_json::from_str(line).with_context(|| line.to_string())?;
     let numbers = line["q"].as_array().context("a query without `q`")?;
@@ -67,7 +67,7 @@ pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
     Ok(space.config(&numbers)?)
 }
 
-/// `refined` with a number of starts or at most so many checks, or the effort of a name.
+/// Options of `refined` with a number of starts or at most so many checks, or of a named effort.
 pub fn options(effort: &str) -> Result<QueryOptions> {
     let options = QueryOptions::default();
     if let Ok(effort) = effort.parse() {
@@ -82,7 +82,7 @@ pub fn options(effort: &str) -> Result<QueryOptions> {
     })
 }
 
-/// A small model of `planar-arm`, as `arm.model` in a new folder for the test of that name.
+/// Learns a small model of `planar-arm` into `arm.model`, in a new folder for the test `test`.
 #[cfg(test)]
 pub fn learned_arm(test: &str) -> std::path::PathBuf {
     use extricate::{LearnOptions, Model, builtin};

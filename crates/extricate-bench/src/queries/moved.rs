@@ -1,4 +1,5 @@
-//! A scene in which obstacles moved: what it takes until it is asked, beside a solver made anew.
+//! Times a scene in which obstacles moved until it can be queried, against a solver built from
+//! scratch.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,20 +17,19 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-/// Moves, each timed.
-const ROUNDS: usize = 40;
-/// In the first of these, solvers are made anew beside, and compared.
-const COMPARED: usize = 5;
-/// Obstacles move by up to this along each axis \[m\].
-const FARTHEST: f64 = 0.05;
+const MOVE_ROUNDS: usize = 40;
+/// First rounds, in which a solver is also built from scratch and compared.
+const COMPARED_ROUNDS: usize = 5;
+/// Largest move of an obstacle along each axis \[m\].
+const MAX_MOVE_M: f64 = 0.05;
 
-/// Moves `count` obstacles of the scene at `path` at a time, and writes medians \[s\] as a line of
-/// JSON: `moved` of the changed scene and its solver, prepared; `first` of what a first query there
-/// takes beyond the same query once more; `anew` of a solver prepared from nothing; and `agree`,
-/// whether both solvers give the same answers.
+/// Moves `count` obstacles of the scene at `path` per round, and writes a JSON line of medians
+/// \[s\] and agreement. `moved` is the time to change the scene and prepare its solver, `first` the
+/// extra time of its first query, and `anew` the time to prepare a solver from scratch. `agree`
+/// says whether both solvers give the same answers.
 ///
 /// # Errors
-/// For a scene that cannot be read or has fewer obstacles.
+/// Fails if the scene cannot be read or has fewer obstacles.
 pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
     let mut scene = Arc::new(io::load_scene(Path::new(path))?);
     let obstacles: Vec<String> = scene.bodies().iter().filter(|b| b.is_obstacle()).map(|b| b.name.clone()).collect();
@@ -38,7 +38,7 @@ pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
     solver.prepare();
     let (queries, mut rng) = (configs(&scene), ChaCha8Rng::seed_from_u64(1));
     let (mut moved, mut first, mut anew, mut agree) = (Vec::new(), Vec::new(), Vec::new(), true);
-    for (round, q) in queries.iter().cycle().take(ROUNDS).enumerate() {
+    for (round, q) in queries.iter().cycle().take(MOVE_ROUNDS).enumerate() {
         let poses: Vec<(&str, Pose)> =
             obstacles.sample(&mut rng, count).map(|name| (name.as_str(), pose_of(&scene, name))).collect();
         let poses: Vec<_> = poses.into_iter().map(|(name, pose)| (name, shifted(pose, &mut rng))).collect();
@@ -50,7 +50,7 @@ pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
         let (answer, cold) = timed(&solver, q);
         let (_, warm) = timed(&solver, q);
         first.push((cold - warm).max(0.0));
-        if round < COMPARED {
+        if round < COMPARED_ROUNDS {
             let began = Instant::now();
             let made = Solver::new(scene.clone());
             made.prepare();
@@ -77,7 +77,7 @@ fn configs(scene: &Scene) -> Vec<Config> {
         halton.config(scene.space(), index, &mut q);
         scene.space().config(&q).expect("within the limits")
     };
-    (0..ROUNDS as u64).map(config).collect()
+    (0..MOVE_ROUNDS as u64).map(config).collect()
 }
 
 fn pose_of(scene: &Scene, name: &str) -> Pose {
@@ -86,7 +86,7 @@ fn pose_of(scene: &Scene, name: &str) -> Pose {
 }
 
 fn shifted(pose: Pose, rng: &mut ChaCha8Rng) -> Pose {
-    let by = Vec3::from_fn(|_, _| FARTHEST * (2.0 * rng.random::<f64>() - 1.0));
+    let by = Vec3::from_fn(|_, _| MAX_MOVE_M * (2.0 * rng.random::<f64>() - 1.0));
     Pose { translation: pose.translation + by, ..pose }
 }
 

@@ -1,5 +1,5 @@
-//! Motions through colliding configurations, each frame asked by a stream and on its own, in turns:
-//! what starting from the last frame saves, and what it misses.
+//! Motions through colliding configurations, each frame answered by a stream and by a single query:
+//! measures what starting from the last frame saves, and what it misses.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,26 +12,24 @@ use serde_json::{Value, json};
 use super::{WARM_UP, config};
 use crate::clock::ThreadTime;
 
-/// What a frame may take for haptic devices \[s\].
-const SLOW: f64 = 1e-3;
-/// Farther by more than this share is told.
-const FARTHER: [f64; 2] = [0.05, 0.01];
+/// Longest time of a frame for haptic devices \[s\].
+const SLOW_FRAME_S: f64 = 1e-3;
+/// Shares by which an answer has to be farther than the other to be counted.
+const EXCESS_SHARES: [f64; 2] = [0.05, 0.01];
 
-/// How a motion is walked.
 #[derive(Debug, Clone, Copy)]
 pub struct Walk {
-    /// A frame is this part of a segment between two queries after the last one: 100 is a
-    /// hundredth.
+    /// Frames of a full segment between two queries.
     pub steps: usize,
-    /// Frames of each segment, at most `steps`. With fewer the motion jumps to the next segment,
-    /// and the stream begins anew there.
+    /// Frames of each segment, at most `steps`. With fewer, the motion jumps to the next segment,
+    /// and the stream restarts there.
     pub frames: usize,
-    /// The motion is walked so often; of each frame the shortest time counts.
+    /// Number of times that the motion is walked; the shortest time of each frame counts.
     pub rounds: usize,
 }
 
-/// What both ways to ask said of one frame that collides and that some frame of its motion came
-/// before.
+/// Results of the stream and of the single query for one colliding frame. The first colliding frame
+/// of each motion is not counted.
 struct Frame {
     depth: [f64; 2],
     checks: [usize; 2],
@@ -44,10 +42,10 @@ const STREAM: usize = 0;
 const SINGLE: usize = 1;
 
 /// Walks along the straight segments between successive lines of `queries` and writes one JSON
-/// object: `frames` in all, `colliding` those that are counted, `motions` how often the stream
-/// began anew; for `stream` and `single` times in microseconds of this thread, mean checks, the
-/// share of frames over 1 ms, and the shares with an answer more than 5 % and 1 % farther than that
-/// of the other; `verified`, the stream's share.
+/// object. `frames` counts all frames, `colliding` those that are compared, and `motions` the
+/// starts of the stream. `stream` and `single` hold times of this thread in microseconds, mean
+/// checks and the share of frames over 1 ms. They also hold the shares of answers more than 5 % and
+/// 1 % farther than the other's; `verified` is the stream's share.
 pub fn compare(model: &str, queries: &str, walk: Walk, mut output: impl Write) -> Result<()> {
     let solver = Solver::of_model(io::load_model(Path::new(model))?);
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
@@ -70,7 +68,7 @@ pub fn compare(model: &str, queries: &str, walk: Walk, mut output: impl Write) -
     Ok(writeln!(output, "{line}")?)
 }
 
-/// Frames in order, without jumps within one list.
+/// Frames in order; no list contains a jump.
 fn motions(solver: &Solver, corners: &[Config], walk: Walk) -> Vec<Vec<Config>> {
     let space = solver.scene().space();
     let (mut motions, mut at) = (Vec::new(), vec![0.0; space.nq()]);
@@ -104,7 +102,8 @@ fn walked(solver: &Solver, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame>
                 let (single, alone) = timed(|| solver.query(q).expect("nothing is locked"));
                 let (answer, seconds) =
                     followed.unwrap_or_else(|| timed(|| stream.query(q).expect("nothing is locked")));
-                // The first that collides is asked as a query on its own.
+                // The stream answers the first colliding frame like a single query, so it is not
+                // compared.
                 if answer.is_free() || !std::mem::replace(&mut is_followed, true) {
                     continue;
                 }
@@ -136,16 +135,16 @@ fn timed(ask: impl FnOnce() -> Answer) -> (Answer, f64) {
 fn figures(frames: &[Frame], side: usize) -> Value {
     let mut us: Vec<f64> = frames.iter().map(|f| 1e6 * f.seconds[side]).collect();
     us.sort_by(f64::total_cmp);
-    // The least that the share of frames does not exceed.
+    // The least value that the given share of frames does not exceed.
     let quantile = |share: f64| us[(share * us.len() as f64).ceil() as usize - 1];
     let [over_5pct, over_1pct] =
-        FARTHER.map(|excess| share(frames, |f| f.depth[side] > (1.0 + excess) * f.depth[1 - side]));
+        EXCESS_SHARES.map(|excess| share(frames, |f| f.depth[side] > (1.0 + excess) * f.depth[1 - side]));
     json!({
         "us": quantile(0.5),
         "us_95": quantile(0.95),
         "us_99": quantile(0.99),
         "us_max": quantile(1.0),
-        "over_1ms": share(frames, |f| f.seconds[side] > SLOW),
+        "over_1ms": share(frames, |f| f.seconds[side] > SLOW_FRAME_S),
         "checks": frames.iter().map(|f| f.checks[side] as f64).sum::<f64>() / frames.len() as f64,
         "over_5pct": over_5pct,
         "over_1pct": over_1pct,
@@ -177,7 +176,7 @@ mod tests {
             let found = ask("queries", 10, frames, 2).unwrap();
             assert_eq!(found["frames"], 2 * frames);
             assert_eq!(found["motions"], motions);
-            // All of them collide; the first of each motion is left out.
+            // All frames collide; the first of each motion is left out.
             assert_eq!(found["colliding"], 2 * frames - motions);
             assert_eq!(found["verified"], 1.0);
             for side in ["stream", "single"] {

@@ -1,4 +1,4 @@
-//! Whether a file is a scene or a model.
+//! Decides whether a file is a scene or a model.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,18 +8,17 @@ use anyhow::Context;
 use extricate::files::check_regular;
 use serde::Serialize;
 
-/// What a file is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FileKind {
-    /// TOML, or a URDF.
+    /// A TOML file or a URDF.
     Scene,
-    /// What `learn` wrote.
+    /// A model that `learn` wrote.
     Model,
 }
 
-/// Text without NUL is a scene, for a model file begins with the length of its header as a binary
-/// number; the name decides where a file is too short to tell.
+/// Text without NUL is a scene, because a model file begins with the length of its header as a
+/// binary number. The name decides for `.toml`, and for a file that is too short.
 pub fn kind_of(path: &Path) -> anyhow::Result<FileKind> {
     let extension = path.extension().and_then(|e| e.to_str());
     if extension == Some("toml") {

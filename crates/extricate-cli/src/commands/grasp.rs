@@ -1,4 +1,4 @@
-//! `extricate grasp`: hands that hold an object and penetrate nothing.
+//! `extricate grasp`: releases hands from the objects that they penetrate.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -25,14 +25,14 @@ use crate::output::Output;
 use crate::progress::{Progress, busy};
 use crate::{notice, report};
 
-/// The keys of `--json`.
+/// Help text on the keys of `--json`.
 const KEYS: &str = "With --json (and in the file of --output), one object a line, in the order of the input: line (of the \
 input), config (null where nothing free was found), moved (how far it is from the query, in the scene's metric), verified, \
 contacts (link, distance [m], point on the object [m], normal into it), touched and kept (names of links that touched, and of \
 those that still do), fingers ([touched, kept]), kept_sides (whether every contact is on its side of the object), depth_before \
 [m], quality (epsilon and force_closure; null with --friction 0 or without contacts), checks; or error.";
 
-/// In lines that fit a terminal, which those of usage are not wrapped to.
+/// Usage in lines that fit a terminal, because clap does not wrap it.
 const USAGE: &str = "extricate grasp [OPTIONS] <--q <Q>|--input <FILE>>\n           \
                      <--object <NAME>|--objects <FOLDER>> <SCENE|MODEL>";
 
@@ -113,7 +113,7 @@ struct OutputArgs {
     resume: bool,
 }
 
-/// Reads what is to stay, and says in `--help` what each is.
+/// Parses what a release keeps; `--help` describes each value.
 fn keep() -> impl TypedValueParser<Value = Keep> {
     choice(Keep::ALL.iter().map(|keep| {
         let about = if *keep == Keep::Pose { "The pose" } else { "The links that touch" };
@@ -121,17 +121,16 @@ fn keep() -> impl TypedValueParser<Value = Keep> {
     }))
 }
 
-/// Lines that are read before they are answered.
-const BLOCK: usize = 1024;
+/// Lines that are read before they are answered together.
+const BLOCK_LINES: usize = 1024;
 
-/// A line of the input.
 struct Line {
     number: usize,
     q: Config,
     object: Option<(String, f64)>,
 }
 
-/// One answer, as it is written.
+/// JSON output for one line of the input.
 #[derive(Serialize)]
 struct Row<'a> {
     line: usize,
@@ -141,7 +140,6 @@ struct Row<'a> {
     error: Option<String>,
 }
 
-/// Runs the command.
 pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(Limits::Forgive);
     let mut rows = Rows::open(args, json)?;
@@ -150,7 +148,7 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
     let weighted = if args.scene_weights { None } else { Hand::weighted(&scene) };
     let asked = AskedOfAll::new(args, weighted.unwrap_or(scene))?;
     let mut progress = Progress::beside_rows("releasing");
-    let size = if configs.is_stream() { 1 } else { BLOCK };
+    let size = if configs.is_stream() { 1 } else { BLOCK_LINES };
     let mut is_last = false;
     while !is_last {
         let mut block = Vec::new();
@@ -186,15 +184,15 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
 
 type Entry = Result<Line, BadLine>;
 
-/// What holds for all lines.
+/// Scene, hand and options that all lines share.
 struct AskedOfAll<'a> {
     args: &'a GraspArgs,
     solver: Solver,
-    /// The one that holds the object of all lines, if they have one.
+    /// Hand for the object of all lines; unset if each line names its own.
     hand: Option<Hand>,
     options: ReleaseOptions,
     pool: ThreadPool,
-    /// Ends the work where nobody takes its answers.
+    /// Set if an answer could not be written: ends the remaining releases.
     is_over: Arc<AtomicBool>,
 }
 
@@ -211,8 +209,8 @@ impl<'a> AskedOfAll<'a> {
         Ok(Self { args, solver, hand, options, pool: pool.context("cannot start threads")?, is_over })
     }
 
-    /// Releases the grasps of some lines. `take` is given every line in turn, as soon as its answer
-    /// and those before it are known.
+    /// Releases the grasps of a block of lines. `take` receives every line in order, as soon as its
+    /// answer and all earlier ones are known.
     fn answer(
         &self,
         block: &[Entry],
@@ -220,7 +218,7 @@ impl<'a> AskedOfAll<'a> {
     ) -> anyhow::Result<()> {
         let (send, answers) = mpsc::channel();
         let work = move || {
-            // The other end is gone where an answer could not be written.
+            // Sending fails if an answer could not be written, because the receiver is then gone.
             let tell = |at: usize, released: Released| drop(send.send((at, released)));
             self.pool.install(|| self.release(block, &tell));
         };
@@ -246,7 +244,7 @@ impl<'a> AskedOfAll<'a> {
         })
     }
 
-    /// Answers go to `tell`, with the places of their lines in the block.
+    /// Passes each answer to `tell`, with the index of its line in the block.
     fn release(&self, block: &[Entry], tell: &(dyn Fn(usize, Released) + Sync)) {
         let lines = block.iter().enumerate().filter_map(|(at, entry)| Some((at, entry.as_ref().ok()?)));
         match &self.hand {
@@ -299,7 +297,7 @@ fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
     Ok(options)
 }
 
-/// A mesh at the world's origin.
+/// Loads a mesh at the world's origin.
 fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Body> {
     let name = path.display().to_string();
     let entry = serde_json::json!({
@@ -312,20 +310,20 @@ fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Bo
     bodies.pop().ok_or_else(|| extricate::Error::input(name, "object", "got no shape, expected a mesh"))
 }
 
-/// What messages call the file of `--output`.
-const WHAT: &str = "file of grasps";
+/// Kind of the output file, for messages.
+const OUTPUT_KIND: &str = "file of grasps";
 
-/// Every line of it begins with its number, see [`Row`].
+/// Whether a file begins as the output does: with the number of a line, see [`Row`].
 fn is_grasps(head: &[u8]) -> bool {
     head.starts_with(b"{\"line\":")
 }
 
-/// Where answers go, and what they come to.
+/// Writes answers to standard output and to the file, and sums them up.
 struct Rows {
     out: Output,
     json: bool,
     file: Option<GrowingFile>,
-    /// Lines of the input that an earlier run has answered.
+    /// Number of the last input line that an earlier run answered.
     done: usize,
     summary: Summary,
 }
@@ -349,9 +347,9 @@ impl Rows {
                 rows.done = number_of(line)?;
                 Ok(())
             };
-            GrowingFile::resume(path, WHAT, is_grasps, read)?
+            GrowingFile::resume(path, OUTPUT_KIND, is_grasps, read)?
         } else {
-            let file = GrowingFile::begin(path, WHAT, is_grasps)?;
+            let file = GrowingFile::begin(path, OUTPUT_KIND, is_grasps)?;
             if file.part().exists() {
                 notice::warning(format_args!(
                     "{} is what another run left, and this one will replace it; --resume goes on with it",
@@ -443,7 +441,7 @@ fn text(line: usize, grasp: &Grasp) -> String {
     )
 }
 
-/// The line of the input that a line of an output answers.
+/// Reads the number of the input line from a line of output.
 fn number_of(line: &[u8]) -> Result<usize, String> {
     const EXPECTED: &str = "expected those of `extricate grasp --output`";
     let value: serde_json::Value =

@@ -1,4 +1,4 @@
-//! `extricate import`: a world that another program wrote, as a scene file.
+//! `extricate import`: writes a world of another program as a scene file.
 
 use std::path::PathBuf;
 
@@ -46,7 +46,6 @@ struct Report {
     notes: Vec<String>,
 }
 
-/// Runs the command.
 pub fn run(args: &ImportArgs, json: bool) -> anyhow::Result<()> {
     check_not_read(&args.output, args.robot.as_deref())?;
     let robots = args.robot.as_deref().map(|robot| load_scene(robot, &args.load)).transpose()?;

@@ -1,4 +1,4 @@
-//! One file a command; each takes its arguments, calls the library and reports.
+//! One module per command: each takes its arguments, calls the library and reports.
 
 pub mod check;
 pub mod demo;
@@ -28,7 +28,6 @@ use file_kind::{FileKind, kind_of};
 pub use motion::{escape, plan, repair};
 pub use pages::{report, view};
 
-/// Runs the command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         Command::Demo(args) => demo::run(&args, cli.json),
@@ -49,19 +48,19 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     }
 }
 
-/// The line for the scene file's `[pairs]` table that takes `names` out of the checked pairs.
+/// Line for the table `[pairs]` of the scene file that disables the pairs `names`.
 fn disable_line(names: &[[&str; 2]]) -> String {
     format!("disable = {}", disable_list(names))
 }
 
-/// `problem`, that nothing free was found, and which pairs are to blame, if some collide wherever
-/// one looks.
+/// Appends to `problem`, that nothing free was found, the pairs that collide in all tested
+/// configurations, if there are any.
 fn with_advice(problem: &str, solver: &Solver) -> String {
     let advice = solver.checker().advice_if_never_free(|| false);
     advice.map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
 }
 
-/// The scene of a scene file, a URDF or a model file, which holds its scene.
+/// Loads the scene of a scene file, a URDF or a model file, which contains its scene.
 fn load_scene(path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return Ok(Scene::clone(load_model(path)?.scene()));
@@ -69,7 +68,7 @@ fn load_scene(path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     Ok(busy(&format!("loading {}", path.display()), || extricate::load_scene_with(path, &load.options()))?)
 }
 
-/// The robots of `robots` in the world of a file, or in the scene of a model file.
+/// Puts `robots` into the world of a file; for a model file, returns its scene.
 fn load_world(robots: &Scene, path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return load_scene(path, load);
@@ -81,13 +80,13 @@ fn load_model(path: &Path) -> extricate::Result<Model> {
     busy(&format!("loading {}", path.display()), || extricate::load_model(path))
 }
 
-/// Builds the exact checker, which takes a while where meshes are large.
+/// Builds the exact checker, which takes long for large meshes.
 fn prepare(scene: impl Into<Arc<Scene>>) -> Checker {
     busy("preparing the collision checker", || Checker::new(scene.into()))
 }
 
-/// Loads what answers: a scene or a model, in the world of another file if one is given. It is
-/// prepared, so that no answer takes time for that.
+/// Loads a scene or a model as a solver, in the world of another file if one is given. The solver
+/// is prepared, so that no answer takes time for that.
 fn load_solver(file: &Path, world: Option<&Path>, load: &LoadArgs) -> anyhow::Result<Solver> {
     let mut solver = match kind_of(file)? {
         FileKind::Scene => Solver::new(load_scene(file, load)?),
@@ -105,7 +104,6 @@ fn load_solver(file: &Path, world: Option<&Path>, load: &LoadArgs) -> anyhow::Re
     Ok(solver)
 }
 
-/// Random configurations in collision.
 fn draw_colliding(solver: &Solver, count: usize, seed: u64) -> anyhow::Result<Vec<Config>> {
     let mut sampler = Sampler::new(solver, Some(Label::Colliding), seed);
     let drawn = busy("drawing configurations", || sampler.draw(count, &mut |_, _| ControlFlow::Continue(())))?;

@@ -1,4 +1,4 @@
-//! `extricate sample`: uniformly random configurations, all or only colliding ones.
+//! `extricate sample`: draws uniformly random configurations, all or only colliding ones.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -41,7 +41,6 @@ struct Line<'a> {
     q: &'a [f64],
 }
 
-/// Runs the command.
 pub fn run(args: &SampleArgs) -> anyhow::Result<()> {
     let solver = Solver::new(load_scene(&args.scene, &args.load)?);
     tell_warnings(solver.scene());

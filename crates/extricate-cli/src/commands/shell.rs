@@ -1,4 +1,4 @@
-//! `completions` and `man`: what shells and manual readers want to know of the command line.
+//! `completions` and `man`: describe the command line to shells and as manual pages.
 
 use std::fs;
 use std::path::PathBuf;
@@ -26,7 +26,6 @@ pub struct ManArgs {
     folder: PathBuf,
 }
 
-/// Prints the script of a shell.
 pub fn completions(args: &CompletionsArgs) -> anyhow::Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "extricate", &mut script);
@@ -35,7 +34,6 @@ pub fn completions(args: &CompletionsArgs) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// Writes the manual pages.
 pub fn man(args: &ManArgs) -> anyhow::Result<()> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
@@ -49,7 +47,7 @@ pub fn man(args: &ManArgs) -> anyhow::Result<()> {
     Ok(files::write_together(&pages)?)
 }
 
-/// The page of a command and those of the commands below it, with their names.
+/// Renders the manual pages of a command and of all its subcommands, with their file names.
 fn pages(command: &Command) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let manual = Man::new(command.clone());
     let mut page = Vec::new();
@@ -61,7 +59,7 @@ fn pages(command: &Command) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     Ok(all)
 }
 
-/// Whether a page is one of those: its title begins with the program's name.
+/// Whether a file is one of these pages: its title begins with the program's name.
 fn is_manual(head: &[u8]) -> bool {
     let title = b".TH extricate";
     head.windows(title.len()).any(|at| at == title)

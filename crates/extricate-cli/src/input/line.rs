@@ -1,5 +1,5 @@
-//! What a line of input may say: a configuration as JSON, numbers or positions by joint, or two of
-//! them. No reading of files.
+//! Parses a line of input: a configuration as JSON, as numbers or as positions by joint, or two of
+//! them. Reads no files.
 
 use std::collections::HashSet;
 
@@ -9,13 +9,13 @@ use serde_json::{Map, Value};
 use super::unique;
 use crate::args::Limits;
 
-/// How lines are read, and what was seen so far.
+/// How lines are read, and the notes on those so far.
 pub struct Reading {
-    /// What becomes of configurations beyond the joint limits.
+    /// How configurations beyond the joint limits are treated.
     pub limits: Limits,
     /// Whether the next line may name the joints of columns of numbers.
     pub may_be_heading: bool,
-    /// The joints of columns of numbers, where a heading names them.
+    /// Joints of the columns of numbers, if a heading names them.
     columns: Option<Vec<String>>,
     notes: Vec<String>,
     told: HashSet<String>,
@@ -29,12 +29,12 @@ impl Default for Reading {
 }
 
 impl Reading {
-    /// What there is to say since it was asked last.
+    /// Returns the notes since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 
-    /// Says it, where nothing was said under this key before.
+    /// Adds a note, unless one was added under this key before.
     fn note(&mut self, key: &str, text: impl Into<String>) {
         if self.told.insert(key.to_string()) {
             self.notes.push(text.into());
@@ -42,10 +42,10 @@ impl Reading {
     }
 }
 
-/// What may stand in a line, for messages.
+/// Accepted contents of a line, for messages.
 const EXPECTED: &str = "an array, an object with \"q\" or with \"name\" and \"position\", or numbers between commas";
 
-/// The object of a grasp: `{"q": [...], "object": "cup.obj", "scale": 0.1}`.
+/// Parses the object of a grasp: `{"q": [...], "object": "cup.obj", "scale": 0.1}`.
 pub fn parse_object(text: &str) -> Result<(String, f64), String> {
     let value: Value = unique::parse(text).map_err(|error| explain_syntax(text, &error, EXPECTED))?;
     let file = value.get("object").and_then(Value::as_str).filter(|file| !file.is_empty());
@@ -59,9 +59,9 @@ pub fn parse_object(text: &str) -> Result<(String, f64), String> {
     Ok((file.to_string(), scale.ok_or("\"scale\": expected a positive number")?))
 }
 
-/// One line: `{"q": [...]}` (other keys are ignored), a bare array, positions by joint as
+/// Parses a line: `{"q": [...]}` (other keys are ignored), a bare array, positions by joint as
 /// `{"q": {name: position}}` or `{"name": [...], "position": [...]}`, or numbers between commas or
-/// blanks. `None` for a heading that names the joints of the columns below it.
+/// blanks. Returns `None` for a heading that names the joints of the columns below it.
 pub fn parse_config(text: &str, scene: &Scene, reading: &mut Reading) -> Result<Option<Config>, String> {
     let may_be_heading = std::mem::replace(&mut reading.may_be_heading, false);
     if text.starts_with(['[', '{', '"']) {
@@ -88,8 +88,8 @@ pub fn parse_config(text: &str, scene: &Scene, reading: &mut Reading) -> Result<
     named.map(Some)
 }
 
-/// One line: `{"from": .., "to": ..}` (other keys are ignored) or an array of two configurations,
-/// each as [`parse_config`] takes it from JSON.
+/// Parses a line: `{"from": .., "to": ..}` (other keys are ignored) or an array of two
+/// configurations, each as [`parse_config`] takes it from JSON.
 pub fn parse_segment(text: &str, scene: &Scene, reading: &mut Reading) -> Result<[Config; 2], String> {
     let keys = "\"from\" and \"to\"";
     let expected = format!("an array or an object with {keys}");
@@ -139,12 +139,12 @@ pub(super) fn config_of(found: &Value, scene: &Scene, reading: &mut Reading) -> 
     }
 }
 
-/// All coordinates in order.
+/// Reads all coordinates in order.
 fn coordinates(found: &Value, scene: &Scene, reading: &mut Reading) -> Result<Config, String> {
     let expected = format!("an array of {} numbers", scene.space().nq());
     let Value::Array(elements) = found else { return Err(format!("got {}, expected {expected}", describe(found))) };
     if !elements.is_empty() && elements.iter().all(Value::is_array) {
-        // What a batch of one is; of several, each would need an answer of its own.
+        // A batch of one is accepted; each of several would need an answer of its own.
         return match &elements[..] {
             [one] => coordinates(one, scene, reading),
             many => Err(format!("got an array of {} configurations, expected one a line", many.len())),
@@ -192,16 +192,17 @@ fn checked(values: &[f64], scene: &Scene, reading: &mut Reading) -> Result<Confi
 }
 
 pub(super) fn list_keys(map: &Map<String, Value>) -> String {
-    let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MOST_KEYS).collect();
-    let more = if map.len() > MOST_KEYS { " and more" } else { "" };
+    let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MAX_KEYS).collect();
+    let more = if map.len() > MAX_KEYS { " and more" } else { "" };
     let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") + more };
     format!("got an object with {keys}")
 }
 
-/// Keys that a message lists.
-const MOST_KEYS: usize = 4;
+/// Largest number of keys that a message lists.
+const MAX_KEYS: usize = 4;
 
-/// JSON has no NaN and no infinities; the parser only says that it expected a value.
+/// Names NaN and infinities, which JSON does not have: the parser only reports that it expected a
+/// value.
 pub(super) fn explain_syntax(text: &str, error: &serde_json::Error, expected: &str) -> String {
     let word = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '+' && c != '-').find(|word| {
         matches!(word.trim_start_matches(['+', '-']).to_ascii_lowercase().as_str(), "nan" | "inf" | "infinity")
@@ -224,19 +225,20 @@ pub(super) fn describe(value: &Value) -> String {
     format!("{} ({kind})", shorten(&value.to_string()))
 }
 
-/// The beginning of a text, on one line.
+/// Returns the beginning of a text, on one line.
 pub fn shorten(text: &str) -> String {
-    const MOST: usize = 40;
+    const MAX_CHARS: usize = 40;
     let printed = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
-    let cut = if text.chars().nth(MOST).is_some() { "..." } else { "" };
-    text.chars().take(MOST).map(printed).chain([cut.into()]).collect()
+    let cut = if text.chars().nth(MAX_CHARS).is_some() { "..." } else { "" };
+    text.chars().take(MAX_CHARS).map(printed).chain([cut.into()]).collect()
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
 
-    /// Of two joints with coordinates, one that follows the first, and one that is locked.
+    /// A scene with two joints that have coordinates, one that follows the first, and one that is
+    /// locked.
     pub fn scene() -> Scene {
         let joint = |name: &str, kind: &str, child: &str, rest: &str| {
             format!(

@@ -1,6 +1,6 @@
-//! Configurations from a file, standard input or the command line, one a line, each checked against
-//! the configuration space. What a line may say is in `line`, and of paths in `path`; which of the
-//! bad lines are told is in `repeated`.
+//! Reads configurations from a file, standard input or the command line, one per line, and checks
+//! them against the configuration space. `line` and `path` parse a line; `repeated` decides which
+//! bad lines are reported.
 
 mod line;
 mod path;
@@ -22,10 +22,10 @@ use line::{Reading, parse_config, parse_segment};
 use repeated::Repeated;
 
 /// Longest line that is read \[bytes\].
-const LONGEST_LINE: usize = 1 << 24;
-/// Pieces of [`LONGEST_LINE`] bytes that a longer line is skipped by; after them no end is to be
-/// expected.
-const MOST_PIECES: usize = 64;
+const MAX_LINE_BYTES: usize = 1 << 24;
+/// Pieces of [`MAX_LINE_BYTES`] bytes by which a longer line is skipped; a line that has not ended
+/// then is an error.
+const MAX_PIECES: usize = 64;
 
 /// Configurations of one input, in order.
 pub struct Configs {
@@ -40,12 +40,12 @@ pub struct Configs {
     told: RefCell<Repeated>,
 }
 
-/// A line that is no configuration of the scene.
+/// A line that contains no configuration of the scene.
 #[derive(Debug, Serialize)]
 pub struct BadLine {
-    /// Its number, from 1.
+    /// Number of the line, from 1.
     pub line: usize,
-    /// What was found and what was expected.
+    /// Description of what was found and what was expected.
     pub error: String,
 }
 
@@ -54,10 +54,10 @@ pub type Entry = Result<(usize, Config), BadLine>;
 /// The two ends of a segment and the number of its line.
 pub type SegmentEntry = Result<(usize, [Config; 2]), BadLine>;
 
-/// The first waypoint of a path, those behind it, and the number of the line.
+/// The first waypoint of a path, those after it, and the number of the line.
 pub type PathEntry = Result<(usize, (Config, Vec<Config>)), BadLine>;
 
-/// The waypoints of a line, and its number.
+/// The waypoints of a line and its number.
 pub type WaypointsEntry = Result<(usize, Vec<Config>), BadLine>;
 
 /// A grasp, the file and the scale of its object, and the number of the line.
@@ -79,7 +79,7 @@ impl Configs {
         Ok(Self::new(Box::new(BufReader::new(file)), &name, total))
     }
 
-    /// Configurations as they stand on the command line, one a word.
+    /// Reads the configurations of the command line, one per word.
     pub fn of_words(words: &[String]) -> Self {
         let lines: String = words.iter().map(|word| word.replace('\n', " ") + "\n").collect();
         let mut configs = Self::new(Box::new(Cursor::new(lines)), "--q", None);
@@ -87,49 +87,48 @@ impl Configs {
         configs
     }
 
-    /// One configuration as it stands on the command line; `name` is the option's.
+    /// Reads one configuration of the command line; `name` is its option.
     pub fn of_word(name: &str, word: &str) -> Self {
         let mut configs = Self::new(Box::new(Cursor::new(word.replace('\n', " "))), name, None);
         configs.reading.may_be_heading = false;
         configs
     }
 
-    /// Configurations of any text; `name` is what messages call it.
+    /// Reads configurations from any text; `name` identifies it in messages.
     pub fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
         let (reading, told) = (Reading::default(), RefCell::default());
         Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, reading, told }
     }
 
-    /// What becomes of configurations beyond the joint limits; they are refused where nothing is
-    /// said.
+    /// Sets how configurations beyond the joint limits are treated; they are refused by default.
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.reading.limits = limits;
         self
     }
 
-    /// The next line with a configuration, or `None` at the end.
+    /// Reads the next line with a configuration; returns `None` at the end.
     ///
     /// # Errors
-    /// Where reading fails; a bad line is an [`Entry`], not an error.
+    /// Fails if reading fails; a bad line is an [`Entry`], not an error.
     pub fn next(&mut self, scene: &Scene) -> anyhow::Result<Option<Entry>> {
         let expected = format!("{} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| parse_config(text, scene, reading))
     }
 
-    /// As [`Configs::next`], for pairs of configurations.
+    /// Reads the next pair of configurations, as [`Configs::next`] does.
     ///
     /// # Errors
-    /// If the input cannot be read any further.
+    /// Fails if the input cannot be read any further.
     pub fn next_segment(&mut self, scene: &Scene) -> anyhow::Result<Option<SegmentEntry>> {
         let expected = format!("two configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| parse_segment(text, scene, reading).map(Some))
     }
 
-    /// As [`Configs::next`], with the object that is held: a file and a scale, where a line has to
-    /// name one.
+    /// Reads the next grasp, as [`Configs::next`] does. With `names_object` a line has to name the
+    /// file and the scale of the object that is held.
     ///
     /// # Errors
-    /// If the input cannot be read any further.
+    /// Fails if the input cannot be read any further.
     pub fn next_grasp(&mut self, scene: &Scene, names_object: bool) -> anyhow::Result<Option<GraspEntry>> {
         let expected = format!("{} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| {
@@ -139,20 +138,20 @@ impl Configs {
         })
     }
 
-    /// As [`Configs::next`], for paths: the first waypoint and those behind it.
+    /// Reads the next path, as [`Configs::next`] does: the first waypoint and those after it.
     ///
     /// # Errors
-    /// If the input cannot be read any further.
+    /// Fails if the input cannot be read any further.
     pub fn next_path(&mut self, scene: &Scene) -> anyhow::Result<Option<PathEntry>> {
         let expected = format!("configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| path::parse_path(text, scene, reading).map(Some))
     }
 
-    /// As [`Configs::next`], for one path: the waypoints of a line, a configuration as there, or a
-    /// whole path as [`Configs::next_path`] takes it.
+    /// Reads the waypoints of the next line: one configuration as in [`Configs::next`], or a whole
+    /// path as in [`Configs::next_path`].
     ///
     /// # Errors
-    /// If the input cannot be read any further.
+    /// Fails if the input cannot be read any further.
     pub fn next_waypoints(&mut self, scene: &Scene) -> anyhow::Result<Option<WaypointsEntry>> {
         let expected = format!("configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| path::parse_waypoints(text, scene, reading))
@@ -172,7 +171,7 @@ impl Configs {
             }
             self.line += 1;
             let parsed = match std::str::from_utf8(&raw) {
-                _ if is_cut => Err(format!("got more than {LONGEST_LINE} bytes, expected {expected}")),
+                _ if is_cut => Err(format!("got more than {MAX_LINE_BYTES} bytes, expected {expected}")),
                 // Editors on some systems begin a file with a byte order mark.
                 Ok(text) => match text.trim_start_matches('\u{feff}').trim() {
                     "" => continue,
@@ -198,21 +197,21 @@ impl Configs {
         }
     }
 
-    /// What there is to say of the lines since it was asked last, each once in a run.
+    /// Returns the notes on lines since the last call, each once in a run.
     pub fn take_notes(&mut self) -> Vec<String> {
         let notes = self.reading.take_notes();
         notes.into_iter().map(|note| format!("{}: line {}: {note}", self.name, self.line)).collect()
     }
 
-    /// Tells the user of a bad line, with the name of the input and the number, unless one like it
-    /// was told; [`Configs::conclude`] tells how many those are.
+    /// Reports a bad line with the name of the input and the number, unless one like it was
+    /// reported. [`Configs::conclude`] reports their number.
     pub fn report(&self, bad: &BadLine) {
         if self.told.borrow_mut().is_new(bad.line, &bad.error) {
             notice::error(format_args!("{}: line {}: {}", self.name, bad.line, bad.error));
         }
     }
 
-    /// Share of the input that was read, where its length is known.
+    /// Share of the input that was read, if its length is known.
     pub fn fraction(&self) -> Option<f64> {
         self.bytes_total.map(|total| self.bytes_read as f64 / total.max(1) as f64)
     }
@@ -222,10 +221,10 @@ impl Configs {
         self.bytes_total.is_none()
     }
 
-    /// Ends the run, and tells how many lines there were like those that were reported.
+    /// Ends the run, and reports how many lines were like those that were reported.
     ///
     /// # Errors
-    /// Where any line was bad.
+    /// Fails if any line was bad.
     pub fn conclude(&self) -> anyhow::Result<()> {
         for words in self.told.take().in_words() {
             notice::error(format_args!("{}: {words}", self.name));
@@ -243,21 +242,21 @@ impl Configs {
     }
 }
 
-/// Reads a line into `raw`, with its end, counting its bytes. Where it is too long, the answer is
-/// `true` and the rest is skipped.
+/// Reads a line with its end into `raw` and counts its bytes. If it is too long, skips the rest and
+/// returns `true`.
 fn read_line(reader: &mut dyn BufRead, raw: &mut Vec<u8>, bytes_read: &mut u64) -> std::io::Result<bool> {
     let mut piece = |raw: &mut Vec<u8>| -> std::io::Result<bool> {
         raw.clear();
-        let read = reader.take(LONGEST_LINE as u64).read_until(b'\n', raw)?;
+        let read = reader.take(MAX_LINE_BYTES as u64).read_until(b'\n', raw)?;
         *bytes_read += read as u64;
-        Ok(read == LONGEST_LINE && raw.last() != Some(&b'\n'))
+        Ok(read == MAX_LINE_BYTES && raw.last() != Some(&b'\n'))
     };
     if !piece(raw)? {
         return Ok(false);
     }
-    for _ in 0..MOST_PIECES {
+    for _ in 0..MAX_PIECES {
         if !piece(raw)? {
-            // What is left of it would be read as an end of the input.
+            // An empty rest would be taken for the end of the input.
             raw.push(b'\n');
             return Ok(true);
         }
@@ -296,7 +295,7 @@ mod tests {
 
     #[test]
     fn a_line_that_is_too_long_is_one_bad_line() {
-        let text = format!("{}\n[0, 0]\n", " ".repeat(LONGEST_LINE + 3));
+        let text = format!("{}\n[0, 0]\n", " ".repeat(MAX_LINE_BYTES + 3));
         let length = text.len() as u64;
         let mut configs = Configs::new(Box::new(std::io::Cursor::new(text)), "x", Some(length));
         assert!(configs.next(&scene()).unwrap().unwrap().unwrap_err().error.contains("got more than 16777216 bytes"));

@@ -1,4 +1,4 @@
-//! A path in a line of input: its waypoints as JSON. No reading of files.
+//! Parses a path in a line of input: its waypoints as JSON. Reads no files.
 
 use extricate::{Config, Scene};
 use serde_json::Value;
@@ -7,11 +7,11 @@ use super::line::{Reading, by_name, config_of, describe, explain_syntax, list_ke
 use super::unique;
 use crate::report;
 
-/// What may stand in a line, for messages.
+/// Accepted contents of a line, for messages.
 const EXPECTED: &str = "an array of configurations, or an object with \"path\", or with \"joint_names\" and \"points\"";
 
-/// The waypoints of a line: of a whole path, see [`parse_path`], or of one configuration, see
-/// [`parse_config`]. `None` for a heading.
+/// Parses the waypoints of a line: a whole path, see [`parse_path`], or one configuration, see
+/// [`parse_config`]. Returns `None` for a heading.
 pub fn parse_waypoints(text: &str, scene: &Scene, reading: &mut Reading) -> Result<Option<Vec<Config>>, String> {
     if is_path(text) {
         let (first, rest) = parse_path(text, scene, reading)?;
@@ -32,9 +32,9 @@ fn is_path(text: &str) -> bool {
     }
 }
 
-/// The first waypoint and those behind it. One line: an array of configurations as
+/// Parses the first waypoint and those after it. A line is an array of configurations, as
 /// [`super::line::parse_config`] takes them from JSON, `{"path": [...]}`, or a JointTrajectory,
-/// `{"joint_names": [...], "points": [{"positions": [...]}, ...]}`; other keys are ignored.
+/// `{"joint_names": [...], "points": [{"positions": [...]}, ...]}`. Other keys are ignored.
 pub fn parse_path(text: &str, scene: &Scene, reading: &mut Reading) -> Result<(Config, Vec<Config>), String> {
     let value: Value = unique::parse(text).map_err(|error| explain_syntax(text, &error, EXPECTED))?;
     let mut waypoints = match &value {

@@ -1,22 +1,22 @@
-//! Messages about lines, each kind told once: of a file of twenty thousand bad lines, who reads
-//! wants to know what is wrong, not to read it twenty thousand times.
+//! Reports each kind of message about lines once: a file may have twenty thousand bad lines, and
+//! users need to know the fault, not every line.
 
 use std::collections::HashMap;
 
 use crate::report::count;
 
-/// Kinds of messages that are told when they are met.
-const MOST_KINDS: usize = 8;
-/// Lines that are named with how many there are.
-const MOST_LINES: usize = 5;
+/// Largest number of kinds of messages that are reported.
+const MAX_KINDS: usize = 8;
+/// Largest number of lines that are listed for a kind.
+const MAX_LINES: usize = 5;
 
-/// The messages so far.
+/// Messages so far.
 #[derive(Default)]
 pub struct Repeated {
-    /// The place in `kinds` of each kind of message, by the words that its messages share.
+    /// Index into `kinds` of each kind of message, by the words that its messages share.
     index: HashMap<String, usize>,
     kinds: Vec<Kind>,
-    /// How many messages were of kinds beyond those that are kept.
+    /// Number of messages of other kinds, which are not kept.
     others: usize,
 }
 
@@ -29,17 +29,17 @@ struct Kind {
 }
 
 impl Repeated {
-    /// Counts a message; whether it is to be told now.
+    /// Counts a message, and returns whether to report it now.
     pub fn is_new(&mut self, line: usize, message: &str) -> bool {
         let of = common(message);
         if let Some(kind) = self.index.get(&of).map(|at| &mut self.kinds[*at]) {
             kind.more += 1;
-            if kind.lines.len() < MOST_LINES {
+            if kind.lines.len() < MAX_LINES {
                 kind.lines.push(line);
             }
             return false;
         }
-        if self.kinds.len() == MOST_KINDS {
+        if self.kinds.len() == MAX_KINDS {
             self.others += 1;
             return false;
         }
@@ -48,7 +48,7 @@ impl Repeated {
         true
     }
 
-    /// What was counted and not told.
+    /// Describes the messages that were counted but not reported.
     pub fn in_words(&self) -> Vec<String> {
         let mut words: Vec<String> = self.kinds.iter().filter(|kind| kind.more > 0).map(Kind::in_words).collect();
         if self.others > 0 {
@@ -68,11 +68,11 @@ impl Kind {
     }
 }
 
-/// What messages about different values have in common: all but what was found, and numbers.
+/// Returns what messages about different values share: everything but the value and numbers.
 fn common(message: &str) -> String {
     let found = message.find("got ").zip(message.rfind(", expected"));
     let text = match found {
-        // What follows in brackets is a hint about the value.
+        // Text in brackets is a hint about the value.
         Some((from, to)) if from < to => {
             let expected = message[to..].split(" (").next().unwrap_or_default();
             format!("{}{expected}", &message[..from])

@@ -1,11 +1,10 @@
-//! JSON in which no object says anything twice: the parser would keep the last and say nothing.
+//! JSON in which no object repeats a key; the usual parser would silently keep the last value.
 
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-/// Parses a line.
 pub fn parse(text: &str) -> serde_json::Result<Value> {
     serde_json::from_str::<Unique>(text).map(|unique| unique.0)
 }

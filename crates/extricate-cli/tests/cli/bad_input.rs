@@ -1,4 +1,4 @@
-//! What cannot be used is refused with a message that names it, and with the right exit code.
+//! Unusable input is refused with a message that names it, and with the right exit code.
 
 use crate::process::{COLLIDING, FREE, Workspace, assert_keys, exists};
 
@@ -131,7 +131,7 @@ fn control_characters_of_files_are_shown_as_such() {
     const ACTING: &str = "\u{1b}[31m\u{9b}2J\u{202e}";
     let workspace = Workspace::new();
     let scene = |shape: &str| format!("[[robot]]\nurdf = 'planar.urdf'\n[[obstacle]]\nname = 'o'\nshape = {shape}\n");
-    // TOML takes no control characters but as escapes.
+    // TOML accepts control characters only as escapes.
     let escaped = "\\u001b[31m\\u009b2J\\u202e";
     workspace.write("key.toml", format!("\"{escaped}\" = 1\n"));
     workspace.write("path.toml", format!("[[robot]]\nurdf = \"{escaped}\"\n"));
@@ -167,7 +167,7 @@ fn control_characters_of_files_are_shown_as_such() {
         assert!(told.contains(r"\u{1b}[31m") || told.contains(r"\u001b[31m"), "{words:?}: {told}");
         assert!(told.lines().all(|line| line.starts_with("extricate: ")), "{words:?}: {told}");
     }
-    // Words that make no sense, as where a pattern finds such a file.
+    // A pattern on the command line may find a file of such a name.
     let (_, told) = said(&["info", "scene.toml", &format!("{ACTING}\r")]);
     assert!(!told.contains(['\u{1b}', '\u{9b}', '\u{202e}', '\r']), "{told:?}");
 }

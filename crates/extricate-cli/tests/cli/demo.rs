@@ -1,4 +1,4 @@
-//! The demo, shortened, and the files it gives away.
+//! Tests the demo, shortened, and the files that it exports.
 
 use crate::process::{Workspace, assert_keys, exists};
 
@@ -31,7 +31,7 @@ fn the_exported_scene_is_whole_and_nothing_is_overwritten() {
     workspace.run("demo --export mine").expect_code(0);
     let again = workspace.run("demo --export mine");
     again.expect_failure(&["exists", "nothing was written"]);
-    // What a killed run left is completed, but where something else is in the way.
+    // An export completes what a killed run left, unless another file is in the way.
     let mesh = workspace.path("mine/robot/meshes/link_3.stl");
     std::fs::remove_file(&mesh).unwrap();
     workspace.run("demo --export mine").expect_code(0);

@@ -1,8 +1,8 @@
-//! Writers that meet a full disk, and little memory: an error that names the file, old files whole,
-//! nothing left behind.
+//! Writers that meet a full disk or little memory report an error that names the file. Old files
+//! stay whole, and nothing unfinished is left.
 //!
-//! Here the disk is full because of a limit on the size of files, which every system lets everybody
-//! set; `scripts/check-full-disk.sh` fills one.
+//! A limit on the size of files stands in for a full disk, because everybody can set one on every
+//! system; `scripts/check-full-disk.sh` fills a real one.
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
@@ -17,8 +17,8 @@ const WORLD: &str = r#"{"world": {"collision_objects": [{"header": {"frame_id": 
     "triangles": [{"vertex_indices": [0, 2, 1]}, {"vertex_indices": [0, 1, 3]}, {"vertex_indices": [1, 2, 3]}, {"vertex_indices": [2, 0, 3]}]}],
     "mesh_poses": [{"position": {"x": 1, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}}"#;
 
-/// Runs a line where `limit`, in the words of a shell, holds. Files that grow beyond a limit send a
-/// signal, which is ignored: then writing fails, as on a full disk.
+/// Runs a line under `limit`, a command of the shell. Files that grow beyond a limit send a signal,
+/// which is ignored, so that writing fails as on a full disk.
 fn limited(workspace: &Workspace, limit: &str, line: &str) -> Command {
     let mut command = Command::new("sh");
     command.arg("-c").arg(format!("trap '' XFSZ; {limit} || exit 99; exec \"$0\" \"$@\""));
@@ -49,7 +49,7 @@ fn with_old_files() -> Workspace {
     workspace
 }
 
-/// Lines that write, and the file that each writes first.
+/// Lines that write, and the first file that each writes.
 const WRITERS: [(&str, &str); 10] = [
     ("learn scene.toml -o a.model --labels 5000", "a.model"),
     ("learn scene.toml -o new.model --labels 5000", "new.model"),
@@ -67,9 +67,9 @@ const WRITERS: [(&str, &str); 10] = [
 fn a_full_disk_leaves_old_files_and_is_told() {
     let workspace = with_old_files();
     let before = workspace.files();
-    // Nothing fits, or some of it: no writer here has files of less than half a kilobyte alone.
+    // Nothing fits, or half a kilobyte does: every writer has a larger file.
     for blocks in [0, 1] {
-        // Both files of the import would fit, and the first of the grasps.
+        // Both files of the import would fit, and so would the first of the grasps.
         let fits = |file: &str| blocks > 0 && (file.ends_with(".obj") || file.ends_with(".part"));
         for (line, file) in WRITERS.into_iter().filter(|(_, file)| !fits(file)) {
             let failed = Finished::new(limited(&workspace, &format!("ulimit -f {blocks}"), line).output().unwrap());
@@ -85,7 +85,7 @@ fn a_full_disk_leaves_old_files_and_is_told() {
     }
 }
 
-/// Where some of them fit, they stay beside the old file, to go on from with room again.
+/// Grasps that fit stay beside the old file, so that a run with more space resumes from them.
 #[test]
 fn grasps_on_a_disk_that_fills_up_are_gone_on_with() {
     let workspace = with_old_files();
@@ -122,9 +122,9 @@ fn standard_output_on_a_full_disk_is_told() {
     }
 }
 
-/// With little memory every command ends: it is done, refuses, or is aborted by what asked for
-/// memory in vain. Files stay whole whatever it was. With less than the least of these the system
-/// cannot load the program.
+/// With little memory every command is done, refuses, or is aborted by a failed allocation, and
+/// files stay whole. With less than the smallest of these limits the system cannot load the
+/// program.
 #[cfg(target_os = "linux")]
 #[test]
 fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
@@ -132,8 +132,8 @@ fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
     let kept = |files: BTreeMap<PathBuf, Vec<u8>>| -> BTreeMap<PathBuf, Vec<u8>> {
         let is_kept = |path: &PathBuf| {
             let name = path.file_name().unwrap().to_string_lossy();
-            // A part is replaced by that of the next run; the rest is what an abort leaves.
-            // The demo writes its page before it learns: it may be new, and is whole.
+            // The next run replaces a part, and an abort leaves hidden files. The demo writes its
+            // page before it learns: the page may be new, and is whole.
             let is_shown = name == "demo.html";
             let is_whole = || std::fs::read_to_string(path).is_ok_and(|text| text.ends_with("</html>\n"));
             assert!(!is_shown || is_whole(), "{name}");

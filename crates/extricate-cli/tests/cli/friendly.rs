@@ -1,5 +1,5 @@
-//! What people write first, and the text that they see: every spelling of a configuration, units,
-//! URDFs and models in the place of scenes.
+//! Input as people first write it, and the text that they see: every spelling of a configuration,
+//! units, URDFs, and models in place of scenes.
 
 use crate::process::{COLLIDING, Finished, Workspace};
 
@@ -88,7 +88,7 @@ fn a_batch_of_one_is_taken_and_more_are_told_where_they_belong() {
     let workspace = Workspace::new();
     let finished = workspace.run_with_input("check scene.toml --input -", "[[0, 0], [1, 1]]").expect_code(1);
     assert!(finished.stderr.contains("line 1: got an array of 2 configurations, expected one a line"));
-    // No heading without a row.
+    // No heading is printed without a row.
     assert_eq!(finished.stdout, "");
     let ways = workspace.run_with_input("check scene.toml --input - --segments", "[[0, 0]]").expect_code(1);
     assert_eq!(ways.stdout, "");
@@ -225,7 +225,8 @@ fn what_a_unit_of_metres_and_radians_is_is_told() {
 #[test]
 fn info_names_pairs_that_nearly_always_collide_and_counts_triangles() {
     let workspace = Workspace::new();
-    // A tetrahedron as the forearm, in a box that it leaves at the ends of the shoulder alone.
+    // The forearm is a tetrahedron, in a box that it leaves only at the ends of the shoulder's
+    // range.
     workspace.write("t.obj", "v 0 -0.1 -0.1\nv 0 0.1 -0.1\nv 0 0 0.1\nv 0.4 0 0\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     let urdf = std::fs::read_to_string(workspace.path("planar.urdf")).unwrap();
     workspace.write("planar.urdf", urdf.replace("<box size=\"0.46 0.04 0.04\"/>", "<mesh filename=\"t.obj\"/>"));

@@ -1,4 +1,4 @@
-//! Hands released from their objects.
+//! Tests the release of hands from their objects.
 
 use std::io::{BufRead, BufReader};
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub fn workspace() -> Workspace {
     workspace
 }
 
-/// Hand, object and meshes.
+/// Writes a hand, an object and meshes.
 pub fn add_files(workspace: &Workspace) {
     workspace.write("gripper.urdf", GRIPPER);
     workspace.write("hand.toml", SCENE);
@@ -35,7 +35,7 @@ pub fn add_files(workspace: &Workspace) {
     workspace.write("meshes/cup.obj", MESH);
 }
 
-/// As many grasps of a mesh.
+/// Lines with `count` grasps of one mesh.
 pub fn grasps_of_a_mesh(count: usize) -> String {
     let line = |k: usize| {
         format!("{{\"q\": [0.0{}, 0.07], \"object\": \"cup.obj\", \"scale\": 0.0{}}}\n", 5 + k % 4, 2 + k % 2)
@@ -43,13 +43,14 @@ pub fn grasps_of_a_mesh(count: usize) -> String {
     (0..count).map(line).collect()
 }
 
-/// As many grasps, up to a thousand, each of a mesh of its own size, which takes longer.
+/// Lines with `count` grasps, up to a thousand, each of a mesh of a different size, which takes
+/// longer.
 pub fn grasps_of_meshes(count: usize) -> String {
     let line = |k: usize| format!("{{\"q\": [0.05, 0.07], \"object\": \"cup.obj\", \"scale\": 0.02{k:03}}}\n");
     (0..count).map(line).collect()
 }
 
-/// Fingers reach the ball at 0.06; the left one is in it by 0.02 and the right one by 0.005.
+/// Fingers reach the ball at 0.06; the left one is 0.02 inside it and the right one 0.005.
 #[test]
 fn fingers_back_out_to_where_they_touch() {
     let workspace = workspace();
@@ -69,7 +70,7 @@ fn fingers_back_out_to_where_they_touch() {
     assert!(unknown.stderr.contains("got `cup`, expected one of `left`, `right`, `ball`"), "{}", unknown.stderr);
 }
 
-/// A run that was cut in the middle of a line goes on to the bytes of one that never was.
+/// A run that was cut in the middle of a line resumes to the bytes of an uninterrupted one.
 #[test]
 fn a_run_over_many_objects_resumes() {
     let workspace = workspace();
@@ -80,13 +81,13 @@ fn a_run_over_many_objects_resumes() {
     workspace.write("cut.jsonl", &whole[..whole.len() / 2]);
     workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o cut.jsonl --resume --threads 1").expect_code(0);
     assert_eq!(std::fs::read_to_string(workspace.path("cut.jsonl")).unwrap(), whole);
-    // Files that are something else are not gone on with, nor touched.
+    // Other files are neither resumed nor changed.
     workspace.write("other.jsonl", "{\"a\": 1}\n");
     let refused =
         workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o other.jsonl --resume").expect_code(1);
     assert!(refused.stderr.contains("other.jsonl: it exists and is no file of grasps"), "{}", refused.stderr);
     assert_eq!(std::fs::read_to_string(workspace.path("other.jsonl")).unwrap(), "{\"a\": 1}\n");
-    // Not one without a whole line either, and no part that is an input.
+    // Nor is a file without a whole line, or a part that is an input.
     workspace.write("notes.txt", "precious");
     let line = "grasp hand.toml --input g.jsonl --objects meshes -o notes.txt --resume";
     workspace.run(line).expect_failure(&["notes.txt: it exists and is no file of grasps"]);
@@ -136,10 +137,10 @@ fn an_output_replaces_grasps_alone_and_when_it_is_whole() {
     assert_eq!(std::fs::read_to_string(workspace.path("p.txt")).unwrap(), "precious");
     workspace.run(&line("o.jsonl")).expect_code(0);
     let whole = std::fs::read_to_string(workspace.path("o.jsonl")).unwrap();
-    // What cannot be asked leaves the old file.
+    // A line that cannot be answered leaves the old file.
     workspace.run("grasp grip.toml --input g.jsonl --object cup -o o.jsonl").expect_failure(&["`cup`"]);
     assert_eq!(std::fs::read_to_string(workspace.path("o.jsonl")).unwrap(), whole);
-    // A run anew says what it replaces, and --resume takes it.
+    // A new run warns of the part that it replaces, and --resume uses it.
     let (first, _) = whole.split_at(whole.find('\n').unwrap() + 1);
     workspace.write("o.jsonl.part", first);
     workspace.write("o.jsonl", "");
@@ -151,12 +152,12 @@ fn an_output_replaces_grasps_alone_and_when_it_is_whole() {
     assert!(!exists(&workspace.path("o.jsonl.part")));
 }
 
-/// The first answers are there long before the last, in a file as on standard output: whoever ends
-/// the run has what was done.
+/// The first answers are written long before the last, in a file as on standard output, so that
+/// whoever ends the run has them.
 #[test]
 fn answers_are_written_when_they_are_known() {
     let workspace = workspace();
-    // Less than is read at a time.
+    // Fewer lines than are read at a time.
     workspace.write("g.jsonl", grasps_of_meshes(1000));
     for output in ["", " -o o.jsonl"] {
         let line = format!("grasp hand.toml --input g.jsonl --objects meshes --json --threads 1{output}");

@@ -1,4 +1,4 @@
-//! Worlds of MoveIt, as they are and as scene files.
+//! Worlds of MoveIt, queried directly and as scene files.
 
 use crate::process::Workspace;
 
@@ -30,7 +30,7 @@ fn workspace() -> Workspace {
     workspace
 }
 
-/// Depth and colliding pairs at (x, 0, 0).
+/// Depth and colliding pairs of a query at (x, 0, 0).
 fn asked(workspace: &Workspace, scene: &str, x: f64) -> (f64, String) {
     let line = format!("query {scene} --q {x},0,0 --json");
     let answer = workspace.run(&line).expect_code(0).json().remove(0);
@@ -41,7 +41,7 @@ fn asked(workspace: &Workspace, scene: &str, x: f64) -> (f64, String) {
 fn a_scene_of_rviz_is_asked_as_it_is_or_written_as_a_scene_file() {
     let workspace = workspace();
     let by_hand = asked(&workspace, "ball.urdf --world table.toml", 0.25);
-    // The ball is 0.05 m into the box; it is free 1e-4 m away from it.
+    // The ball is 0.05 m inside the box; it is free 1e-4 m away from it.
     assert!((by_hand.0 - 0.0501).abs() < 1e-6, "{by_hand:?}");
     assert_eq!(by_hand.1, r#"[["ball","table"]]"#);
     assert_eq!(asked(&workspace, "ball.urdf --world table.scene", 0.25), by_hand);
@@ -51,12 +51,12 @@ fn a_scene_of_rviz_is_asked_as_it_is_or_written_as_a_scene_file() {
     assert_eq!(wrote.stdout, "wrote world.toml: 1 obstacle, 0 attached objects, 0 disabled pairs\n");
     assert_eq!(wrote.stderr, "");
     assert_eq!(asked(&workspace, "ball.urdf --world world.toml", 0.25), by_hand);
-    // With a robot it is a scene of its own, wherever it is written.
+    // With a robot it is a scene of its own, in any folder.
     std::fs::create_dir(workspace.path("below")).unwrap();
     let report = workspace.run("import table.scene --robot ball.urdf -o below/scene.toml --json").expect_code(0).json();
     assert_eq!((&report[0]["obstacles"], &report[0]["scene"]), (&1.into(), &"below/scene.toml".into()));
     assert_eq!(asked(&workspace, "below/scene.toml", 0.25), by_hand);
-    // Once more: what an import wrote is replaced, nothing else.
+    // A second import replaces its own output, and no other file.
     workspace.run("import table.scene -o world.toml").expect_code(0);
     workspace
         .run("import table.scene -o table.toml")
@@ -74,7 +74,7 @@ fn a_planning_scene_brings_what_is_held_and_what_may_touch() {
     assert!(wrote.stderr.contains("extricate: warning: world.octomap is not taken"), "{}", wrote.stderr);
     let head = std::fs::read_to_string(workspace.path("tray.toml")).unwrap();
     assert!(head.starts_with("# Imported by extricate from tray.json\n# world.octomap is not taken"), "{head}");
-    // The ball may touch the tray, the rod that it holds may not.
+    // The ball may touch the tray, but the rod that it holds may not.
     for scene in ["tray.toml", "ball.urdf --world tray.json"] {
         let (depth, colliding) = asked(&workspace, scene, 1.2);
         assert!(depth > 0.0 && colliding == r#"[["tray","rod"]]"#, "{scene}: {depth} {colliding}");

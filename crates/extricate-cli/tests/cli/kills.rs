@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::process::{Workspace, exists, kill};
 
-/// Kills of each test, where the environment does not say how many.
+/// Kills of each test, unless the environment sets their number.
 const KILLS: usize = 50;
 /// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003,
 /// doi:10.18637/jss.v008.i14).
@@ -38,7 +38,7 @@ fn a_model_that_is_killed_at_any_moment_is_whole() {
     assert_replaces(&workspace, [&line(1), &line(2)]);
 }
 
-/// What killed runs leave, the next ones remove.
+/// Asserts that later runs removed what killed runs left.
 fn assert_no_unfinished(workspace: &Workspace) {
     let is_hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".extricate-");
     let unfinished: Vec<PathBuf> = workspace.files().into_keys().filter(is_hidden).collect();
@@ -64,8 +64,8 @@ fn world(meshes: usize, size: f64) -> String {
     format!(r#"{{"world": {{"collision_objects": [{}]}}}}"#, objects.join(", "))
 }
 
-/// Runs lines in turn, each of which replaces what the other one wrote, and kills them: every file
-/// is that of one of them.
+/// Runs two lines alternately, each of which replaces the other's files, and kills them: every file
+/// has to be that of one of them.
 fn assert_replaces(workspace: &Workspace, lines: [&str; 2]) {
     let mut wholes: Vec<BTreeMap<PathBuf, Vec<u8>>> = Vec::new();
     let mut duration = Duration::ZERO;
@@ -102,8 +102,8 @@ fn an_import_that_is_killed_at_any_moment_leaves_whole_files() {
     assert_replaces(&workspace, ["import old.json -o world.toml", "import new.json -o world.toml"]);
 }
 
-/// Runs a line to its end, then again and again, and kills it about where it writes; `is_whole`
-/// looks at what is there, and what was left unfinished goes with the last run.
+/// Runs a line to its end, then repeatedly, and kills it about when it writes. `is_whole` checks
+/// the files, and the last run removes what was left unfinished.
 fn assert_stays_whole(workspace: &Workspace, line: &str, is_whole: impl Fn(&BTreeMap<PathBuf, Vec<u8>>) -> bool) {
     let started = Instant::now();
     workspace.run(line).expect_code(0);
@@ -121,7 +121,7 @@ fn assert_stays_whole(workspace: &Workspace, line: &str, is_whole: impl Fn(&BTre
     println!("{} kills of {line:?}", kills());
 }
 
-/// Pages hold times, which differ from run to run. So they are looked at, not compared.
+/// Pages contain times, which differ from run to run, so their form is checked, not their bytes.
 fn is_page(bytes: &[u8]) -> bool {
     bytes.starts_with(b"<!doctype html>") && bytes.ends_with(b"</html>\n")
 }
@@ -143,7 +143,7 @@ fn pages_that_are_killed_at_any_moment_are_whole() {
 fn a_roadmap_that_is_killed_at_any_moment_is_whole() {
     let workspace = Workspace::new();
     let kept = workspace.path("kept");
-    // A file in safetensors says how long it is.
+    // A file in safetensors states its length.
     let is_whole = |bytes: &[u8]| {
         let head = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
         let head_text: serde_json::Value = serde_json::from_slice(&bytes[8..8 + head]).unwrap();
@@ -168,7 +168,7 @@ fn manual_pages_and_exports_that_are_killed_at_any_moment_are_whole() {
             assert_stays_whole(&workspace, line, is_whole);
             continue;
         }
-        // Exports replace nothing, and the next run completes what one left.
+        // Exports replace nothing, and the next run completes what a killed one left.
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         for _ in 0..kills() {
             std::fs::remove_dir_all(workspace.path("there")).unwrap();
@@ -209,7 +209,7 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
             assert!(found == old, "the old file is gone before the new one is whole");
             let part = exists(&workspace.path("o.jsonl.part"));
             parts += usize::from(part);
-            // Without a part there is nothing to go on from but the old file.
+            // Without a part, only the old file is there, and nothing can be resumed.
             workspace.run(&format!("{line}{}", if part { " --resume" } else { "" })).expect_code(0);
         }
         assert!(output() == whole && !exists(&workspace.path("o.jsonl.part")));
@@ -220,8 +220,7 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
     println!("{} kills of {line:?}, {parts} left a part", kills());
 }
 
-/// Whatever the moment of a kill was: every writer removes what one left where it writes, and
-/// nothing else.
+/// Whenever a run was killed, each writer removes what it left there, and nothing else.
 #[test]
 fn every_writer_removes_what_was_left() {
     let workspace = Workspace::learned();

@@ -1,4 +1,4 @@
-//! Learning that is interrupted, and two runs that would write the same model.
+//! Learning that is interrupted, and two runs with the same model as output.
 
 use std::process::Child;
 use std::thread::sleep;
@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use crate::process::{Workspace, exists, kill};
 
-/// A run that goes on for long, and holds its output by now.
+/// Starts a long run, and waits until it holds its output.
 fn a_long_run(workspace: &Workspace) -> Child {
     let mut child = workspace.command("learn scene.toml -o a.model --labels 90000000").spawn().unwrap();
     while !exists(&workspace.path(".extricate-a.model.lock")) {
         assert!(child.try_wait().unwrap().is_none(), "it ended before another one could begin");
         sleep(Duration::from_millis(1));
     }
-    // The file is there, and is locked at once.
+    // The file exists, and is locked immediately after.
     sleep(Duration::from_millis(100));
     child
 }
@@ -32,7 +32,7 @@ fn two_runs_do_not_share_an_output() {
 fn interrupted_it_leaves_a_model() {
     let workspace = Workspace::new();
     let mut child = a_long_run(&workspace);
-    // Enough time for something free to be found.
+    // Allow enough time to find something free.
     sleep(Duration::from_secs(1));
     let pid = child.id().to_string();
     assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());

@@ -1,5 +1,5 @@
-//! The command line from outside: exit codes, standard output and error, files. Depths are judged
-//! in the library's tests.
+//! Tests the command line from outside: exit codes, standard output and error, files. The library's
+//! tests judge depths.
 
 mod bad_input;
 mod demo;

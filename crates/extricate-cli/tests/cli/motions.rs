@@ -1,4 +1,4 @@
-//! Paths: escapes, plans, roadmap files, repairs.
+//! Tests of paths: escapes, plans, roadmap files, repairs.
 
 use std::io::{BufRead, BufReader};
 use std::sync::mpsc;
@@ -51,7 +51,7 @@ fn a_repaired_path_is_read_again() {
     workspace.write("new.jsonl", lines.concat());
     let again = &workspace.run("repair small.model --path new.jsonl --json").expect_code(0).json()[0];
     assert_eq!(again["stretches"], 0);
-    // The same in one line, as `view --paths` takes it.
+    // The same path in one line, in all forms that `view --paths` reads.
     for path in [
         "[[2.5, 0.0], [-2.5, 0.0]]",
         r#"{"path": [[2.5, 0.0], [-2.5, 0.0]]}"#,
@@ -66,7 +66,7 @@ fn a_repaired_path_is_read_again() {
     workspace.run("repair scene.toml --path bad.jsonl").expect_failure(&["line 2"]);
 }
 
-/// A ball on a line, in a plate between two others: whichever way it goes, it meets another one.
+/// A ball on a line, in a plate between two others: in both directions it meets another plate.
 const SHUT_IN: &str = r#"<robot name="slide"><link name="base"/>
 <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <joint name="x" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
@@ -127,7 +127,7 @@ fn queries_without_a_path_are_counted() {
     assert!(whole.ends_with("found a path for 1 of 1 query (100 %)\n"), "{whole}");
 }
 
-/// What one of two runs adds to a roadmap would be lost with what the other writes.
+/// Only one run may use a roadmap, because the other would overwrite its additions.
 #[cfg(unix)]
 #[test]
 fn a_roadmap_has_one_run() {

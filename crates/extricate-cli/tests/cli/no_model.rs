@@ -1,4 +1,4 @@
-//! Queries of a scene, before anything is learned.
+//! Queries of a scene without a model.
 
 use crate::process::{COLLIDING, FREE, Workspace};
 

@@ -1,4 +1,4 @@
-//! Where the meshes of `package://` addresses are found, and what is said if they are not.
+//! Tests where the meshes of `package://` addresses are found, and the message if they are not.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use crate::process::{Finished, Workspace};
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
 
-/// A URDF at `path`, whose one mesh is `package://PACKAGE/meshes/a.obj`.
+/// Writes a URDF at `path`, whose one mesh is `package://PACKAGE/meshes/a.obj`.
 fn urdf(workspace: &Workspace, path: &str, package: &str) {
     let text = format!(
         "<robot name='r'><link name='a'/><link name='b'><collision><geometry><mesh filename='package://{package}/meshes/a.obj'/>\
@@ -21,7 +21,7 @@ fn write(workspace: &Workspace, path: &str, text: &str) {
     workspace.write(path, text);
 }
 
-/// `info` of `line`, where ROS says that packages are in `ros`, a variable and its value.
+/// Runs `info` on `line`; `ros` is a variable of ROS that names package folders, and its value.
 fn info(workspace: &Workspace, line: &str, ros: Option<(&str, &Path)>) -> Finished {
     let mut command = workspace.command(&format!("info {line}"));
     command.env_remove("AMENT_PREFIX_PATH").env_remove("ROS_PACKAGE_PATH").envs(ros);
@@ -32,20 +32,20 @@ fn info(workspace: &Workspace, line: &str, ros: Option<(&str, &Path)>) -> Finish
 fn packages_are_found_without_a_scene_file() {
     let workspace = Workspace::new();
     let mesh = |folder: &str| write(&workspace, &format!("{folder}/meshes/a.obj"), OBJ);
-    // The package that the URDF lies in, by its folder's name and by its package.xml.
+    // The package that contains the URDF, by its folder's name and by its package.xml.
     mesh("ws/arm");
     urdf(&workspace, "ws/arm/urdf/r.urdf", "arm");
     write(&workspace, "ws/vendor/package.xml", "<package><name>named</name></package>");
     mesh("ws/vendor");
     urdf(&workspace, "ws/vendor/urdf/deep/r.urdf", "named");
-    // One beside it, and one of an installed prefix.
+    // A package beside it, and one of an installed prefix.
     urdf(&workspace, "ws/leg/r.urdf", "arm");
     mesh("ws/share/installed");
     urdf(&workspace, "ws/leg/installed.urdf", "installed");
     for line in ["ws/arm/urdf/r.urdf", "ws/vendor/urdf/deep/r.urdf", "ws/leg/r.urdf", "ws/leg/installed.urdf"] {
         info(&workspace, line, None).expect_code(0);
     }
-    // Folders that are given, and those of ROS.
+    // Folders of the command line, and those of ROS.
     mesh("far/a/hand");
     urdf(&workspace, "ws/hand.urdf", "hand");
     info(&workspace, "ws/hand.urdf --packages ws --packages far/a", None).expect_code(0);

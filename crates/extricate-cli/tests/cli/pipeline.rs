@@ -1,4 +1,4 @@
-//! info, sample, check, learn, query on one small scene.
+//! Runs info, sample, check, learn and query on one small scene.
 
 use serde_json::{Value, json};
 
@@ -172,7 +172,7 @@ fn exits_the_way_budgets_and_threads_are_asked_for() {
     };
     assert_eq!(doubts(""), 0);
     assert!(doubts("--max-checks 3") > 0);
-    // A search that is proved soon takes few checks anyway.
+    // Early proofs save checks in any case, so they are switched off.
     let checks =
         |rows: &[serde_json::Value]| rows.iter().take(30).map(|row| row["checks"].as_u64().unwrap()).sum::<u64>();
     assert!(checks(&ask("--starts 1 --gap 0")) < checks(&ask("--gap 0")));
@@ -190,7 +190,7 @@ fn frames_of_a_motion_are_answered_from_the_last_answer() {
         workspace.run(&format!("query small.model --input q.jsonl --json {options}")).expect_code(0).json()
     };
     let checks = |answers: &[Value]| answers.iter().map(|a| a["checks"].as_u64().unwrap()).sum::<u64>();
-    // What a single query has proved soon takes few checks anyway.
+    // Early proofs save checks in any case, so they are switched off.
     let (single, stream) = (ask("--gap 0"), ask("--gap 0 --stream"));
     assert!(stream.iter().all(|a| a["verified"] == true));
     assert!(checks(&stream) < checks(&single), "{} {}", checks(&stream), checks(&single));

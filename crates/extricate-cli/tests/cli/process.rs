@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Two links that turn about z in a plane, half a metre each, and a post that both can hit.
+/// Two links of half a metre that rotate about z in a plane, and a post that both can hit.
 const ROBOT: &str = r#"<robot name="planar">
   <link name="base"/>
   <link name="upper">
@@ -40,9 +40,9 @@ shape = { cylinder = [0.1, 0.5] }
 pose = { xyz = [0.6, 0.1, 0] }
 "#;
 
-/// Stretched out, through the post.
+/// The arm is stretched out, through the post.
 pub const COLLIDING: &str = "[0.1, 0.0]";
-/// Turned away from the post.
+/// The arm is turned away from the post.
 pub const FREE: &str = "[-2.0, 0.0]";
 
 /// A directory with the small scene in it.
@@ -66,7 +66,7 @@ impl Workspace {
         std::fs::write(self.path(name), content).unwrap();
     }
 
-    /// Every file of the directory, and what it holds.
+    /// Returns every file of the directory with its contents.
     pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let (mut files, mut folders) = (BTreeMap::new(), vec![self.folder.path().to_path_buf()]);
         while let Some(folder) = folders.pop() {
@@ -88,7 +88,7 @@ impl Workspace {
 
     pub fn run_with_input(&self, line: &str, input: &str) -> Finished {
         let mut child = self.command(line).stdin(Stdio::piped()).spawn().unwrap();
-        // The program may end without reading.
+        // The program may end without reading its input.
         let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
         Finished::new(child.wait_with_output().unwrap())
     }
@@ -108,7 +108,7 @@ impl Workspace {
     }
 }
 
-/// A process that ended.
+/// Exit code and output of a process that ended.
 pub struct Finished {
     pub code: Option<i32>,
     pub stdout: String,
@@ -159,7 +159,7 @@ pub fn exists(path: &Path) -> bool {
     path.try_exists().unwrap()
 }
 
-/// Ends a process at once, as a power cut would.
+/// Ends a process immediately, as a power cut would.
 pub fn kill(mut child: Child) {
     let _ = child.kill();
     child.wait().unwrap();

@@ -1,9 +1,9 @@
-//! What strangers' files look like: walls inside solids, byte order marks, clouds of sensors,
-//! limits that make no sense; and what is said where nothing can be free.
+//! Files as strangers write them: walls inside solids, byte order marks, clouds of sensors,
+//! senseless limits; and the message if nothing can be free.
 
 use crate::process::Workspace;
 
-/// A ball of 0.1 m that can be anywhere.
+/// A ball of radius 0.1 m that can be anywhere.
 fn with_a_ball() -> Workspace {
     let workspace = Workspace::new();
     let joint = |name: &str, parent: &str, child: &str, axis: &str| {
@@ -23,7 +23,7 @@ fn with_a_ball() -> Workspace {
     workspace
 }
 
-/// The clearance of the ball at `q` from an obstacle of this shape, and what is warned of.
+/// Clearance of the ball at `q` from an obstacle of this shape, and the warnings.
 fn clearance(workspace: &Workspace, shape: &str, q: &str) -> (f64, String) {
     let scene = format!("[[robot]]\nurdf = 'ball.urdf'\n[[obstacle]]\nname = 'm'\nshape = {shape}\n");
     workspace.write("m.toml", scene);
@@ -31,7 +31,7 @@ fn clearance(workspace: &Workspace, shape: &str, q: &str) -> (f64, String) {
     (done.json()[0]["clearance"].as_f64().unwrap(), done.stderr.clone())
 }
 
-/// Two boxes glued along x = 0, the wall between them once; a cube with a diagonal wall.
+/// Two boxes glued along x = 0, which share one wall; a cube with a diagonal wall.
 const GLUED: &str = "v -1 -1 -1\nv -1 -1 1\nv -1 1 -1\nv -1 1 1\nv 0 -1 -1\nv 0 -1 1\nv 0 1 -1\nv 0 1 1\nv 1 -1 -1\nv 1 -1 1\n\
     v 1 1 -1\nv 1 1 1\nf 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\nf 9 11 12 10\nf 5 9 10 6\nf 7 8 12 11\n\
     f 5 7 11 9\nf 6 10 12 8\n";
@@ -84,7 +84,7 @@ fn clouds_of_sensors_are_read_without_what_was_not_seen() {
         assert!((clearance - 0.85).abs() < 1e-9, "{file} {clearance}");
         assert!(told.contains("obstacle `m`: 1 of 3 points is left out: it has a coordinate that is NaN"), "{told}");
     }
-    // What a mesh without faces advises.
+    // The error for a mesh without faces advises points.
     workspace.write("m.toml", "[[robot]]\nurdf = 'ball.urdf'\n[[obstacle]]\nname = 'm'\nshape = { mesh = 'c.ply' }\n");
     workspace.run("check m.toml --q 0,0,1").expect_failure(&["an obstacle takes such a file as `points`"]);
 }
@@ -105,7 +105,7 @@ fn limits_of_the_scene_replace_those_that_make_no_sense() {
     }
 }
 
-/// The first link stands in the ground, whatever the joints do.
+/// The first link is inside the ground at every configuration.
 #[test]
 fn what_collides_wherever_one_looks_is_named_by_query_and_escape() {
     let workspace = Workspace::new();

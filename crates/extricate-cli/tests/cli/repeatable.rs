@@ -1,11 +1,11 @@
-//! Equal lines have equal answers: twice in one run, in either order, on one thread and on three,
-//! of raw meshes too.
+//! Equal lines have equal answers: twice in one run, in either order, on one and on three threads,
+//! and for raw meshes.
 
 use serde_json::Value;
 
 use crate::process::Workspace;
 
-/// The bracket of an L between the fingers of a gripper that are brackets themselves: none is
+/// An L-shaped bracket between the fingers of a gripper, which are brackets too: no shape is
 /// convex.
 fn workspace() -> Workspace {
     let workspace = crate::grasps::workspace();
@@ -27,7 +27,7 @@ fn workspace() -> Workspace {
     workspace
 }
 
-/// What a line of output says, but for its number and the time it took.
+/// Returns a line of output without its number and its time.
 fn said(line: &str) -> String {
     let mut row: Value = serde_json::from_str(line).unwrap_or_else(|_| panic!("no JSON: {line}"));
     let fields = row.as_object_mut().expect("a row is an object");

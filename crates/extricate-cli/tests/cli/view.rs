@@ -1,5 +1,5 @@
-//! Pages: what is in them, what is refused, and that a served one is given to this computer alone.
-//! How they look is checked in a browser, by scripts/check-view.py.
+//! Pages: their contents, what is refused, and that a page is served to this computer alone.
+//! scripts/check-view.py checks their look in a browser.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 
 use crate::process::{COLLIDING, FREE, Workspace, assert_keys, exists};
 
-/// What the page is given.
 fn data_of(page: &str) -> Value {
     let (_, rest) = page.split_once("id=\"data\">").expect("a place for data");
     serde_json::from_str(rest.split_once("</script>").expect("an end").0).expect("JSON")
@@ -48,7 +47,7 @@ fn a_page_holds_the_numbers_of_query() {
     }
     assert_eq!(data["answers"].as_array().unwrap().len(), 2);
     assert!(data["answers"][1]["exits"].as_array().unwrap().is_empty(), "a free query has no exit");
-    // The same call gives the same page, but for the times.
+    // The same call gives the same page, except for the times.
     workspace.run("view scene.toml --input q.jsonl --exits 2 -o again.html").expect_code(0);
     let mut again = data_of(&std::fs::read_to_string(workspace.path("again.html")).unwrap());
     let mut first = data;
@@ -136,7 +135,7 @@ fn paths_are_judged_along_the_way() {
     assert_eq!((&played[0]["waypoints"], &played[0]["colliding_segments"]), (&json!(3), &json!(2)));
     assert!(played[0]["first_collision"].as_f64().unwrap() < 0.5);
     assert_eq!((&played[1]["free_segments"], &played[1]["first_collision"]), (&json!(1), &Value::Null));
-    // As `check --segments` has it.
+    // `check --segments` gives the same verdict.
     workspace.write("s.jsonl", format!("[{FREE}, [-2.0, 0.1]]\n"));
     let verdict = workspace.run("check scene.toml --segments --input s.jsonl --json").expect_code(0).json();
     assert_eq!(verdict[0]["outcome"], "free");
@@ -201,7 +200,7 @@ fn a_served_page_is_given_to_this_computer_alone() {
         stream.read_to_string(&mut reply).unwrap();
         reply
     };
-    // Browsers that ask for nothing yet, or for a part, are not in the way of others.
+    // Browsers that send nothing yet, or only a part, do not block others.
     let mut slow: Vec<TcpStream> = (0..8).map(|_| TcpStream::connect(&address).unwrap()).collect();
     slow.iter_mut().skip(1).for_each(|stream| write!(stream, "GET / HT").unwrap());
     let asked = Instant::now();

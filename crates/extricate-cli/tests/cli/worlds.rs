@@ -1,4 +1,4 @@
-//! Queries in another world, and what answers have to keep.
+//! Queries in another world, and constraints on answers.
 
 use crate::process::{COLLIDING, Workspace};
 
@@ -15,7 +15,8 @@ fn a_world_replaces_the_obstacles_of_a_scene_or_of_a_model() {
     workspace.write("world.toml", WORLD);
     workspace.write("clear.toml", "");
     for asked in ["scene.toml", "small.model", "planar.urdf"] {
-        // Through the post, which is not there; then with the tool alone in the ball.
+        // The first query goes through the post, which this world does not have; in the second the
+        // forearm meets the ball.
         let line = format!("query {asked} --q {} --q -0.31,0.0 --world world.toml --json", q(COLLIDING));
         let answers = workspace.run(&line).expect_code(0).json();
         assert_eq!(answers[0]["depth"], 0.0, "{asked}");
@@ -32,7 +33,7 @@ fn a_world_replaces_the_obstacles_of_a_scene_or_of_a_model() {
     workspace.write("bad.toml", WORLD.replace("'fore'", "'fire'"));
     workspace.run(&line("bad.toml")).expect_failure(&["bad.toml: attached \"tool\": link: got `fire`", "`fore`"]);
     workspace.run(&line("none.toml")).expect_failure(&["none.toml"]);
-    // A whole scene, as ever.
+    // A whole scene is accepted too.
     workspace.run("query small.model --q 0.1,0.0 --scene scene.toml").expect_code(0);
 }
 
@@ -67,12 +68,12 @@ fn answers_keep_what_is_asked_of_them() {
     refused("--locked elbo", &["--locked", "got `elbo`, expected one of `shoulder`, `elbow`"]);
     refused("--weights elbo=2", &["got `elbo`"]);
     refused("--toward 1", &["--toward: got 1, expected 2 numbers"]);
-    // Nothing may move: no answer, and no search for one.
+    // Nothing may move, so there is neither an answer nor a search for one.
     refused("--locked shoulder,elbow", &["no free configuration was found"]);
     workspace.run("query scene.toml --q 0.1,0.0 --locked elbow --free shoulder").expect_code(2);
     workspace.run("query scene.toml --q 0.1,0.0 --weights elbow").expect_code(2);
     let text = workspace.run("query scene.toml --q 0.1,0.0 --clearance 9").expect_code(0).stdout;
-    // The difference halved six times is kept nearby.
+    // The excess over the scene's clearance is halved six times until it is kept nearby.
     assert!(text.contains("but  keeps 0.1407234375 m: nothing was found that keeps 9 m nearby"), "{text}");
     let text = workspace.run("query scene.toml --q 0.1,0.0 --free-radius").expect_code(0).stdout;
     assert!(text.contains("nothing touches within"), "{text}");

@@ -1,4 +1,5 @@
-//! `extricate check`: free or not, clearance, colliding pairs. Segments are in `check_segments`.
+//! `extricate check`: whether configurations are free, their clearance and colliding pairs. The
+//! module `segments` checks segments.
 
 pub mod segments;
 
@@ -46,7 +47,7 @@ pub struct CheckArgs {
     load: LoadArgs,
 }
 
-/// What is said of one configuration.
+/// JSON output for one configuration.
 #[derive(Serialize)]
 struct Verdict<'a> {
     free: bool,
@@ -54,7 +55,6 @@ struct Verdict<'a> {
     colliding: Vec<[&'a str; 2]>,
 }
 
-/// Runs the command.
 pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?;
     let scene = Arc::new(load_scene(&args.scene, &args.load)?);

@@ -1,5 +1,4 @@
-//! `extricate check --segments`: whether the ways between pairs of configurations are free all
-//! along.
+//! `extricate check --segments`: whether all configurations between two given ones are free.
 
 use extricate::{CheckScratch, Checker, SegmentOptions, SegmentOutcome};
 use serde::Serialize;
@@ -9,7 +8,7 @@ use crate::output::Output;
 use crate::progress::Progress;
 use crate::{notice, report};
 
-/// What is said of one way.
+/// JSON output for one segment.
 #[derive(Serialize)]
 struct Verdict<'a> {
     outcome: &'static str,
@@ -18,7 +17,6 @@ struct Verdict<'a> {
     pair: Option<[&'a str; 2]>,
 }
 
-/// Answers every line of `configs`.
 pub fn check_segments(
     mut configs: Configs,
     checker: &Checker,

@@ -1,5 +1,5 @@
-//! `extricate demo`: a built-in scene asked at once and shown as a page, then learned and asked
-//! again, with nothing to prepare.
+//! `extricate demo`: answers queries of a built-in scene and writes a page of them, then learns the
+//! scene and answers them again. Nothing has to be prepared.
 
 pub mod table;
 
@@ -25,12 +25,12 @@ use crate::progress::Progress;
 use crate::report::count;
 use table::{DemoReport, at_once_text};
 
-/// Turns the seed into another one: no query shall be a configuration that the learner drew.
-const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
+/// Changes the seed, so that no query is a configuration that the learner drew.
+const QUERY_SEED_MASK: u64 = 0x71_75_65_72_69_65_73;
 
-/// Queries of the page, most.
+/// Largest number of queries on the page.
 const PAGE_QUERIES: usize = 8;
-/// Exits of each.
+/// Exits per query on the page.
 const PAGE_EXITS: usize = 3;
 
 /// Arguments of `demo`.
@@ -57,10 +57,9 @@ pub struct DemoArgs {
     seconds: f64,
 }
 
-/// An answer, and how long it took \[s\].
+/// An answer and its time \[s\].
 type Answered = (Answer, f64);
 
-/// Runs the command.
 pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     if let Some(folder) = &args.export {
         return export(&args.scene, folder, json);
@@ -70,14 +69,14 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let solver = Solver::new(scene.clone());
-    let queries = draw_colliding(&solver, args.queries, args.seed ^ QUERY_STREAM)?;
+    let queries = draw_colliding(&solver, args.queries, args.seed ^ QUERY_SEED_MASK)?;
     let at_once = answer_all("answering at once", &solver, &queries)?;
     let figures_at_once = figures(&at_once);
     write_page(&solver, (&args.scene, &queries), most_instructive(&scene, &at_once), &args.out)?;
     let page = args.out.display().to_string();
     let mut out = Output::new(false);
     if !json {
-        // Whoever waits for the model has answers meanwhile.
+        // Print these answers before learning, so that the user need not wait for them.
         out.line(at_once_text(&figures_at_once, &scene, &page))?;
         out.flush()?;
     }
@@ -105,8 +104,8 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// Writes the page of the query at `shown` and of those after it, each with the nearest exits that
-/// the most thorough effort finds. It is live if the library is built in.
+/// Writes the page of the query at `shown` and of those after it, each with the nearest exits of an
+/// exhaustive search. The page is live if the library is built in.
 fn write_page(solver: &Solver, (name, queries): (&str, &[Config]), shown: usize, page: &Path) -> anyhow::Result<()> {
     let options = QueryOptions::default().effort(Effort::Exhaustive).exits(PAGE_EXITS);
     let solver = solver.clone().options(options)?;
@@ -140,8 +139,8 @@ fn answer_all(doing: &'static str, solver: &Solver, queries: &[Config]) -> anyho
     Ok(answers)
 }
 
-/// The answer to show first: verified, in collision with an obstacle if any is, and of a
-/// displacement that can be seen without being the worst (the 80th percentile).
+/// Index of the answer to show first: verified, in collision with an obstacle if any is, and with a
+/// displacement that is visible but not the largest (the 80th percentile).
 fn most_instructive(scene: &Scene, answers: &[Answered]) -> usize {
     let is_obstacle = |body: usize| scene.bodies()[body].robot.is_none();
     let hits_obstacle = |(answer, _): &Answered| {
@@ -168,7 +167,7 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
     let _lock = OutputLock::take(&scene)?;
     let scene = scene.display().to_string();
     let all: Vec<_> = named.into_iter().map(|(path, content)| (folder.join(path), content)).collect();
-    // A run that was killed may have left some of the files, and this one then writes all of them.
+    // A killed run may have left some of the files; this one then writes all of them.
     let (there, missing): (Vec<_>, Vec<_>) = all.iter().partition(|(path, _)| path.exists());
     let in_the_way = |(path, content): &&&(PathBuf, Vec<u8>)| {
         missing.is_empty() || !fs::read(path).is_ok_and(|found| found == *content)

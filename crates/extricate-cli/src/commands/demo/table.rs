@@ -1,4 +1,4 @@
-//! The table of the demo, in words that need no manual.
+//! The table that the demo prints, in words that need no manual.
 
 use extricate::{Scene, Statistics};
 use serde::Serialize;
@@ -7,27 +7,26 @@ use crate::commands::learn::held_out_accuracy;
 use crate::commands::query::summary::Figures;
 use crate::report::{count, duration, metric_unit, percent, two_columns};
 
-/// What the demo found.
+/// Results of the demo, printed as JSON or as a table.
 #[derive(Serialize)]
 pub struct DemoReport<'a> {
-    /// The built-in scene.
     pub scene: &'a str,
-    /// Figures of the same queries before anything was learned.
+    /// Figures of the queries before learning.
     pub at_once: Figures,
-    /// Share of the quick answers with the model that are within 5 % of those.
+    /// Share of the quick answers with the model that are at most 5 % farther than those before
+    /// learning.
     pub as_near: f64,
-    /// How the model was learned.
+    /// Statistics of the model.
     pub learned: &'a Statistics,
     /// Wall time of learning \[s\].
     pub learning_seconds: f64,
-    /// Figures of the queries.
+    /// Figures of the same queries with the model.
     pub queries: Figures,
-    /// The page of some answers, for a browser.
+    /// Path of the page of some answers.
     pub page: String,
 }
 
 impl DemoReport<'_> {
-    /// The table.
     pub fn text(&self, scene: &Scene) -> String {
         let (learned, queries, unit) = (self.learned, &self.queries, metric_unit(scene));
         let obstacles = scene.bodies().iter().filter(|b| b.robot.is_none()).count();
@@ -79,7 +78,7 @@ impl DemoReport<'_> {
     }
 }
 
-/// What is known before anything was learned.
+/// Formats the figures that are known before learning.
 pub fn at_once_text(queries: &Figures, scene: &Scene, page: &str) -> String {
     let unit = metric_unit(scene);
     let rows = [

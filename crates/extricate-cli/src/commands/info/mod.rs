@@ -1,4 +1,4 @@
-//! `extricate info`: what a scene or a model file holds.
+//! `extricate info`: describes a scene or a model file.
 
 pub mod scene;
 
@@ -16,10 +16,10 @@ use crate::output::Output;
 use crate::report;
 use scene::{OftenColliding, SceneInfo};
 
-/// Configurations that are tried for pairs that collide wherever one looks.
+/// Configurations in which pairs are tested for collisions.
 const SAMPLES: u64 = 1000;
-/// Pairs that collide in this share of them are reported.
-const NEARLY_ALWAYS: f64 = 0.95;
+/// Pairs that collide in this share of them, or a larger one, are reported.
+const NEARLY_ALWAYS_SHARE: f64 = 0.95;
 
 /// Arguments of `info`.
 #[derive(Args)]
@@ -47,16 +47,15 @@ struct Info<'a> {
     statistics: Option<&'a Statistics>,
 }
 
-/// Runs the command.
 pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
     let file = args.file.display().to_string();
     match kind_of(&args.file)? {
         FileKind::Scene => {
             let checker = prepare(load_scene(&args.file, &args.load)?);
             let scene = checker.scene();
-            let found = checker.pairs_nearly_always_colliding(SAMPLES, NEARLY_ALWAYS);
+            let found = checker.pairs_nearly_always_colliding(SAMPLES, NEARLY_ALWAYS_SHARE);
             let found = found.into_iter().map(|(pair, count)| (scene.pair_names(pair), count as u64));
-            let colliding = Some(OftenColliding::new(SAMPLES, NEARLY_ALWAYS, found));
+            let colliding = Some(OftenColliding::new(SAMPLES, NEARLY_ALWAYS_SHARE, found));
             let scene = SceneInfo::new(scene);
             print(&Info { kind: FileKind::Scene, file, scene, colliding, statistics: None }, args.pairs, json)
         }

@@ -9,10 +9,10 @@ use serde::Serialize;
 use crate::commands::disable_line;
 use crate::report::{count, counted, fixed, metric_unit, percent, what_a_unit_is};
 
-/// Links that are named with their triangles.
-const MOST_LINKS: usize = 3;
+/// Largest number of links that are named with their triangles.
+const MAX_LINKS: usize = 3;
 
-/// What `info` says of a scene.
+/// The scene's description that `info` prints.
 #[derive(Serialize)]
 pub struct SceneInfo<'a> {
     clearance: f64,
@@ -58,16 +58,16 @@ struct BodyInfo<'a> {
     parts: usize,
 }
 
-/// Meshes that are checked as they are.
+/// A link whose meshes are checked as they are, not by their hulls.
 #[derive(Serialize)]
 struct MeshInfo<'a> {
     link: &'a str,
     triangles: usize,
-    /// Triangles of the convex hulls of the same meshes.
+    /// Number of triangles of the convex hulls of the same meshes.
     hull_triangles: usize,
 }
 
-/// Pairs that collide wherever one looks, or nearly so.
+/// Pairs that collide in all or nearly all sampled configurations.
 #[derive(Serialize)]
 pub struct OftenColliding<'a> {
     always_colliding: AlwaysColliding<'a>,
@@ -76,12 +76,12 @@ pub struct OftenColliding<'a> {
     least: f64,
 }
 
-/// Pairs that collide in every configuration that was tried.
+/// Pairs that collide in every sampled configuration.
 #[derive(Serialize)]
 struct AlwaysColliding<'a> {
     samples: u64,
     pairs: Vec<[&'a str; 2]>,
-    /// The line to add to the scene file, under `[pairs]`.
+    /// Line for the table `[pairs]` of the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     disable: Option<String>,
 }
@@ -90,12 +90,11 @@ struct AlwaysColliding<'a> {
 #[derive(Serialize)]
 struct NearlyAlways<'a> {
     pair: [&'a str; 2],
-    /// The share of the sampled configurations at which it collides.
+    /// Share of the sampled configurations in which it collides.
     share: f64,
 }
 
 impl<'a> SceneInfo<'a> {
-    /// Reads it off the scene.
     pub fn new(scene: &'a Scene) -> Self {
         let body = |body: &'a extricate::geometry::Body| BodyInfo {
             name: &body.name,
@@ -124,12 +123,11 @@ impl<'a> SceneInfo<'a> {
         }
     }
 
-    /// What the scene's metric is measured in.
     pub fn metric_unit(&self) -> &'static str {
         self.unit
     }
 
-    /// For people; the pairs are many and listed only on request.
+    /// Describes the scene for people. Pairs are many and listed only on request.
     pub fn text(&self, list_pairs: bool) -> String {
         let obstacles = self.bodies.iter().filter(|b| b.obstacle).count();
         let mut text = String::new();
@@ -201,13 +199,13 @@ fn joint_info<'a>(scene: &'a Scene, joint: &'a SceneJoint) -> JointInfo<'a> {
 }
 
 impl MeshInfo<'_> {
-    /// All of them in a line.
+    /// Describes all meshes in one line.
     fn text(meshes: &[Self]) -> String {
         let sum = |of: fn(&Self) -> usize| count(meshes.iter().map(of).sum());
         let shown = |mesh: &Self| format!("{} in {}", count(mesh.triangles), mesh.link);
-        let mut links: Vec<String> = meshes.iter().take(MOST_LINKS).map(shown).collect();
-        if meshes.len() > MOST_LINKS {
-            links.push(format!("and {}", counted(meshes.len() - MOST_LINKS, "more link", "more links")));
+        let mut links: Vec<String> = meshes.iter().take(MAX_LINKS).map(shown).collect();
+        if meshes.len() > MAX_LINKS {
+            links.push(format!("and {}", counted(meshes.len() - MAX_LINKS, "more link", "more links")));
         }
         let (all, hulls) = (sum(|mesh| mesh.triangles), sum(|mesh| mesh.hull_triangles));
         let taken = format!("{all} triangles, taken as they are ({})", links.join(", "));
@@ -222,7 +220,8 @@ impl MeshInfo<'_> {
 }
 
 impl<'a> OftenColliding<'a> {
-    /// Each pair collided in that many of `samples` configurations, a share of `least` or more.
+    /// Sorts the pairs `found`, each with the number of `samples` configurations in which it
+    /// collides: a share of `least` or more.
     pub fn new(samples: u64, least: f64, found: impl Iterator<Item = ([&'a str; 2], u64)>) -> Self {
         let (always, nearly): (Vec<_>, Vec<_>) = found.partition(|(_, count)| *count == samples);
         let pairs: Vec<[&str; 2]> = always.into_iter().map(|(pair, _)| pair).collect();
@@ -236,7 +235,7 @@ impl<'a> OftenColliding<'a> {
         }
     }
 
-    /// For people, with the line to add.
+    /// Describes the pairs for people, with the line to add to the scene file.
     pub fn text(&self) -> String {
         let Self { always_colliding: always, nearly_always_colliding: nearly, least } = self;
         let samples = count(always.samples as usize);
@@ -269,7 +268,7 @@ mod tests {
     use super::*;
     use extricate::entries::{assemble_scene, parse};
 
-    /// Two links that turn, before a wall.
+    /// Two links with revolute joints in front of a wall.
     fn small_scene() -> Scene {
         let link = |name: &str| {
             format!(

@@ -1,4 +1,4 @@
-//! `extricate learn`: a scene in, a model file out.
+//! `extricate learn`: learns a scene and writes a model file.
 
 pub mod run;
 
@@ -17,8 +17,8 @@ use crate::output::Output;
 use crate::report::{self, count, duration, percent};
 use run::{Learned, learn_with_progress, memory_in_words, peak_memory};
 
-/// Configurations tried for pairs that always collide; few, because such a pair collides in the
-/// first one already.
+/// Configurations in which pairs are tested for permanent collision. Few suffice, because such a
+/// pair collides in the first one already.
 const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
 
 /// Arguments of `learn`.
@@ -60,12 +60,11 @@ struct Report<'a> {
     model: String,
     interrupted: bool,
     seconds: f64,
-    /// Peak of the process in bytes.
+    /// Peak memory of the process \[bytes\].
     memory: Option<u64>,
     statistics: &'a Statistics,
 }
 
-/// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     files::check_model_output(&args.output)?;
     files::check_not_read(&args.output, [args.scene.as_path()])?;
@@ -93,7 +92,7 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// How good a model is if this share of its answers is within 5 % of those of a longer search.
+/// Rates a model by the share of its answers that are within 5 % of those of a longer search.
 pub fn word_for(within_5pct: f64) -> &'static str {
     match within_5pct {
         share if share >= 0.98 => "Good",
@@ -115,7 +114,7 @@ fn verdict(statistics: &Statistics) -> String {
     )
 }
 
-/// What a model's statistics say, for people.
+/// Describes a model's statistics for people.
 pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str, String)> {
     let ended = match statistics.ended_by {
         EndedBy::Seconds => " (ended by the time limit)",
@@ -191,7 +190,7 @@ fn interval([low, high]: [f64; 2]) -> String {
     format!("95 % interval {} to {}", percent(low), percent(high))
 }
 
-/// The classifier's accuracy in words.
+/// Describes the classifier's accuracy in words.
 pub fn held_out_accuracy(statistics: &Statistics) -> String {
     let side = |name: &str, accuracy: Option<f64>, range: Option<[f64; 2]>| match (accuracy, range) {
         (Some(share), Some(range)) => format!("{} on {name} ({})", percent(share), interval(range)),
@@ -208,8 +207,8 @@ pub fn held_out_accuracy(statistics: &Statistics) -> String {
 
 fn options(args: &LearnArgs) -> LearnOptions {
     let default = LearnOptions::default();
-    // Who counts labels wants a model that another machine learns too; a silent time limit would
-    // break that.
+    // Users who limit labels want the same model on every machine; a silent time limit would break
+    // that.
     let seconds = if args.labels.is_some() { args.seconds } else { args.seconds.or(default.seconds) };
     let (labels, seed) = (args.labels.unwrap_or(default.labels), args.seed.unwrap_or(default.seed));
     let mut options = default.labels(labels).seed(seed).threads(args.threads);
@@ -238,7 +237,7 @@ pub mod tests {
     use extricate::Excess;
     use serde_json::json;
 
-    /// Statistics that say little but for these fields.
+    /// Statistics with these fields; the others are small.
     pub fn statistics(fields: serde_json::Value) -> Statistics {
         let mut all = json!({
             "labels": 10, "seed": 1, "boundary_samples": 3, "solved_samples": 1, "stand_ins": 0, "support_vectors": 0,

@@ -1,4 +1,4 @@
-//! Learning with a progress bar and Ctrl-C.
+//! Learns with a progress bar, until the end or Ctrl-C.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -10,17 +10,16 @@ use crate::notice;
 use crate::progress::Progress;
 use crate::report::{count, percent};
 
-/// A model, and what its file does not hold because it differs from run to run.
+/// A model, and figures of its run. The file does not contain them because they differ from run to
+/// run.
 pub struct Learned {
-    /// The model.
     pub model: Model,
-    /// Wall time \[s\].
+    /// Wall time of learning \[s\].
     pub seconds: f64,
-    /// Whether the user ended it early.
     pub interrupted: bool,
 }
 
-/// Learns to the end, or until Ctrl-C, which keeps what was found.
+/// Learns to the end, or until Ctrl-C, which keeps the samples that were found.
 pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> extricate::Result<Learned> {
     let started = Instant::now();
     let stop = StopOnInterrupt::new();
@@ -40,7 +39,7 @@ pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> extricate::R
     Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
 }
 
-/// `, with 123 MiB at most`, where the system says how much memory it took.
+/// Returns `, with 123 MiB at most` if the system reports the memory of the process.
 pub fn memory_in_words() -> String {
     peak_memory().map_or(String::new(), |bytes| format!(", with {} MiB at most", count(bytes as usize >> 20)))
 }
@@ -50,7 +49,7 @@ fn in_words(stage: &str, labels: usize, samples: usize, accuracy: Option<f64>) -
     format!("{stage}: {} labels, {} boundary samples{accuracy}", count(labels), count(samples))
 }
 
-/// The most memory that this process ever had \[bytes\]; `None` where the system does not say.
+/// Peak memory of this process \[bytes\]; `None` if the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

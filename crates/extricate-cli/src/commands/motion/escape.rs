@@ -1,4 +1,4 @@
-//! `extricate escape`: a path out of collision for each of many configurations.
+//! `extricate escape`: finds a path out of collision for each of many configurations.
 
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::progress::Progress;
 use crate::{notice, report};
 
-/// The keys of `--json`.
+/// Help text on the keys of `--json`.
 const KEYS: &str = "No pair of bodies collides on the way that does not at the query, and none that does gets deeper by \
 more than the tolerance: proved. With --json, one object a line, in the order of the input: points (configurations, the \
 query first; empty where no path was found), free_from (the path is proved free from this point on, an index into points), \
@@ -62,7 +62,7 @@ pub struct EscapeArgs {
     load: LoadArgs,
 }
 
-/// What is said of one path.
+/// JSON output for one path.
 #[derive(Serialize)]
 struct Row<'a> {
     points: &'a [Vec<f64>],
@@ -78,7 +78,7 @@ struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// `error` says why there is no path, if there is none.
+    /// `error` is the reason if no path was found.
     fn new(escape: &'a Escape, scene: &'a Scene, error: Option<&'a str>) -> Self {
         let colliding = escape.colliding.iter().map(|(pair, distance)| (scene.pair_names(*pair), *distance)).collect();
         let Escape { points, free_from, method, deepening, length, max_displacement, checks, .. } = escape;
@@ -103,7 +103,6 @@ fn header(unit: &str) -> String {
     )
 }
 
-/// Runs the command.
 pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?;
     let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
@@ -113,7 +112,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     let scene = solver.scene();
     let told = OnceCell::new();
     let no_path = || told.get_or_init(|| with_advice("no path was found", &solver)).as_str();
-    // A path may take minutes; those that were found are not to be lost with the next.
+    // A path may take minutes, so each is flushed: a later failure does not lose it.
     let mut out = Output::new(true);
     let mut progress = Progress::beside_rows("escaping");
     let (mut total, mut found) = (0, 0);

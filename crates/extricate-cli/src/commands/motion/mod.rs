@@ -1,5 +1,5 @@
-//! Commands that answer with paths: out of collision, between free configurations, and from one
-//! that collides.
+//! Commands that answer with paths: out of collision, between free configurations, and in place of
+//! a path that collides.
 
 pub mod escape;
 pub mod plan;

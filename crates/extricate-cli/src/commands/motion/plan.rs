@@ -1,4 +1,4 @@
-//! `extricate plan`: a proved path between two free configurations.
+//! `extricate plan`: finds a proved path between two free configurations.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::output::Output;
 use crate::progress::busy;
 use crate::report;
 
-/// What is printed.
+/// Help text on the output.
 const KEYS: &str = "Prints the path: one {\"q\": [...]} a line, from the first to the last configuration, which the other \
 commands read; every configuration between two lines, along the geodesic, is proved free. With --json, one object: points, \
 method (\"straight\", \"trees\" or \"roadmap\"; null where no path was found, and points is then empty), length (in the \
@@ -72,12 +72,11 @@ struct Line<'a> {
     q: &'a [f64],
 }
 
-/// Runs the command.
 pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
     let scene = solver.scene();
     let (from, to) = (config("--from", &args.from, scene)?, config("--to", &args.to, scene)?);
-    // Held from before it is read until it is written: else what another run adds is lost.
+    // Hold the lock from reading to writing; otherwise additions of another run would be lost.
     let _lock = args.roadmap.as_deref().map(|path| hold(path, args)).transpose()?;
     let mut roadmap = match &args.roadmap {
         Some(path) if path.exists() => load_roadmap(path, scene)?,
@@ -96,7 +95,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
         .termination(args::termination(Some(args.max_checks), args.max_seconds).stop(stop.clone()));
     let plan = busy("planning", || solver.plan_with(&from, &to, &options, &mut roadmap))?;
     let was_stopped = stop.is_asked();
-    // The path first: it is known, and whatever becomes of the file it is not lost.
+    // Print the path first, so that it is not lost if the roadmap cannot be written.
     let printed = print(&plan, scene, json);
     if let Some(path) = &args.roadmap {
         uninterrupted(|| save_roadmap(&roadmap, path))?;
@@ -133,7 +132,7 @@ fn print(plan: &Plan, scene: &Scene, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The configuration that a word of the command line says.
+/// Parses the configuration of an option.
 fn config(name: &str, word: &str, scene: &Scene) -> anyhow::Result<Config> {
     let mut configs = Configs::of_word(name, word);
     let entry = configs.next(scene)?.with_context(|| format!("{name}: got nothing, expected a configuration"))?;

@@ -1,4 +1,4 @@
-//! `extricate repair`: a path that collides as one that is proved free.
+//! `extricate repair`: turns a path that collides into one that is proved free.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::progress::busy;
 use crate::report;
 
-/// What is printed.
+/// Help text on the output.
 const KEYS: &str = "Prints the path: one {\"q\": [...], \"place\": 2.25} a line, which the other commands read; place is where \
 on the old path the configuration stands for, here a quarter of the edge from row 2 to row 3 (rows count from 0). Every \
 configuration between two lines, along the geodesic, is proved free. With --json, one object: points (empty where no path \
@@ -64,7 +64,6 @@ struct Line<'a> {
     place: f64,
 }
 
-/// Runs the command.
 pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.path)?;
     let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
@@ -89,7 +88,7 @@ fn path_of(configs: &mut Configs, scene: &Scene, args: &RepairArgs) -> anyhow::R
     let file = args.path.display();
     while let Some(entry) = configs.next_waypoints(scene)? {
         configs.take_notes().iter().for_each(notice::warning);
-        // A path without one of its rows is another path.
+        // Without one of its rows it would be another path, so a bad line is an error.
         let (line, waypoints) = entry.map_err(|bad| anyhow!("{file}: line {}: {}", bad.line, bad.error))?;
         let is_whole = waypoints.len() > 1;
         if let Some(other) = whole.or((is_whole && !points.is_empty()).then_some(line)) {

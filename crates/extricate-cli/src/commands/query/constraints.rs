@@ -1,4 +1,4 @@
-//! Which configurations count as answers: the options of `query` that say so.
+//! The options of `query` that decide which configurations count as answers.
 
 use anyhow::Context;
 use clap::Args;
@@ -38,14 +38,14 @@ pub struct ConstraintArgs {
 }
 
 impl ConstraintArgs {
-    /// Sets the options that need no scene. The goal is one to come.
+    /// Sets the options that need no scene. The goal is a placeholder until [`Self::set_in`].
     pub fn set(&self, options: &mut QueryOptions) {
         options.clearance = self.clearance;
         options.free_radius = self.free_radius;
         options.toward = self.toward.as_ref().map(|_| goal_to_come(self.toward_share));
     }
 
-    /// Sets what only the scene tells: which joints have the names, and the goal.
+    /// Sets the options that need the scene: the joints that are named, and the goal.
     pub fn set_in(&self, scene: &Scene, options: &mut QueryOptions) -> anyhow::Result<()> {
         options.locked = scene.joints_named("--locked", self.locked.iter().map(String::as_str))?;
         if !self.free.is_empty() {
@@ -62,7 +62,7 @@ impl ConstraintArgs {
         Ok(())
     }
 
-    /// The solver with the weights, if some were given.
+    /// Applies the weights to the solver, if some were given.
     pub fn weighted(&self, solver: Solver) -> extricate::Result<Solver> {
         if self.weights.is_empty() {
             return Ok(solver);

@@ -1,4 +1,4 @@
-//! `extricate query`: the nearest free configuration for each of many.
+//! `extricate query`: finds the nearest free configuration for each of many.
 
 pub mod constraints;
 pub mod row;
@@ -24,7 +24,7 @@ use constraints::ConstraintArgs;
 use row::{QueryRow, header};
 use summary::Summary;
 
-/// The keys of `--json`.
+/// Help text on the keys of `--json`.
 const KEYS: &str = "With --json, one object a line, in the order of the input: depth and lower_bound (in the \
 scene's metric), gap (the share of the depth that is not proved), unproved (why nothing is proved: \"surfaces\" or \
 \"shallow\"; else null), witness, checks, max_displacement [m], colliding and touching \
@@ -131,7 +131,7 @@ struct StreamArgs {
     continuous: bool,
 }
 
-/// Reads an effort, and says in `--help` what each is.
+/// Parses an effort; `--help` describes each.
 pub fn effort() -> impl TypedValueParser<Value = Effort> {
     let about = |effort| match effort {
         Effort::Nearest => {
@@ -149,7 +149,7 @@ pub fn effort() -> impl TypedValueParser<Value = Effort> {
 }
 
 impl QueryArgs {
-    /// The options of its queries, without what only the scene tells.
+    /// Returns the options of the queries, except those that need the scene.
     pub fn options(&self) -> QueryOptions {
         let mut options = QueryOptions::default().effort(self.search.effort).exits(self.search.exits);
         (options.starts, options.gap) = (self.search.starts, self.search.gap);
@@ -166,10 +166,10 @@ impl QueryArgs {
     }
 }
 
-/// An answer, if anything free was found, and how long it took \[s\].
+/// An answer, if anything free was found, and its time \[s\].
 pub type Timed = (Option<Answer>, f64);
 
-/// Answers in the order of the queries, which are the next frames of a stream if there is one.
+/// Answers queries in their order; with a stream, they are its next frames.
 pub fn ask(solver: &Solver, stream: Option<&mut Stream>, queries: Vec<Config>, threads: usize) -> Vec<Timed> {
     let mut answers = Vec::with_capacity(queries.len());
     match stream {
@@ -191,14 +191,12 @@ pub fn ask(solver: &Solver, stream: Option<&mut Stream>, queries: Vec<Config>, t
     answers
 }
 
-/// How long a program that has just begun asks other configurations first, where loading the model
-/// took longer.
-const LONGEST_WARM_UP: Duration = Duration::from_millis(30);
+/// Longest warm-up of the solver; it takes no longer than loading the model did.
+const MAX_WARM_UP: Duration = Duration::from_millis(30);
 
 /// Lines that are read before several threads answer them.
-const BLOCK: usize = 1024;
+const BLOCK_LINES: usize = 1024;
 
-/// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(args.search.limits);
     let started = Instant::now();
@@ -209,23 +207,23 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     args.constraints.set_in(solver.scene(), &mut options)?;
     let aim = options.clearance;
     let solver = solver.options(options)?;
-    // Who asks without a model wants the first answer soon.
+    // Without a model, users want the first answer soon, so there is no warm-up.
     if solver.model().is_some() {
-        solver.warm_up(LONGEST_WARM_UP.min(loaded_in));
+        solver.warm_up(MAX_WARM_UP.min(loaded_in));
     }
     let mut stream = args.stream(&solver)?;
     let scene = solver.scene();
     let told = OnceCell::new();
     let none_free = || told.get_or_init(|| with_advice(NONE_FREE, &solver)).as_str();
-    // An answer may take seconds, and those that are known are not to be lost with the next; stored
-    // samples are found in less time than a line takes to leave.
+    // An answer may take seconds, so each is flushed: a later failure does not lose it. With
+    // `nearest`, flushing a line would take longer than its answer.
     let flush_lines = configs.is_stream() || args.search.effort != Effort::Nearest;
     let mut report = Report::new(scene, flush_lines, json);
     report.aim = aim;
     report.tells_witness = args.witness || args.input.input.is_none();
     let mut progress = Progress::beside_rows("querying");
-    // Whoever waits for each answer gets it at once.
-    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK };
+    // A program that waits for each answer gets it at once.
+    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK_LINES };
     let (mut block, mut unanswered) = (Vec::new(), 0);
     loop {
         let entry = configs.next(scene)?;
@@ -269,20 +267,20 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Why a query may have no answer.
+/// Message for a query without an answer.
 const NONE_FREE: &str = "no free configuration was found";
 
-/// Share of the clearance aimed at that counts as all of it.
-const NEARLY: f64 = 0.99;
+/// Share of the requested clearance that counts as all of it.
+const KEPT_CLEARANCE_SHARE: f64 = 0.99;
 
-/// Rows on standard output, then the summary.
+/// Prints rows on standard output, then the summary.
 struct Report<'a> {
     scene: &'a Scene,
     unit: &'static str,
     out: Output,
     json: bool,
     tells_witness: bool,
-    /// The clearance that queries aim at \[m\].
+    /// Clearance that queries aim at \[m\].
     aim: Option<f64>,
     summary: Summary,
 }
@@ -303,8 +301,9 @@ impl<'a> Report<'a> {
             return self.out.json(&row);
         }
         self.out.line(row.text(line))?;
-        // The proxy of a continuous stream keeps what it aims at up to what linear steps miss.
-        if let Some(aim) = self.aim.filter(|aim| answer.clearance < NEARLY * aim) {
+        // The proxy of a continuous stream keeps the requested clearance up to the error of linear
+        // steps.
+        if let Some(aim) = self.aim.filter(|aim| answer.clearance < KEPT_CLEARANCE_SHARE * aim) {
             let keeps = format!("keeps {} m: nothing was found that keeps {aim} m nearby", answer.clearance);
             self.out.line(format!("{:>6}  {keeps}", "but"))?;
         }
@@ -320,7 +319,7 @@ impl<'a> Report<'a> {
             if let Some(told) = report::what_a_unit_is(self.scene, "`weights` of the metric, or --weights,") {
                 self.out.line(format_args!("\nin depths, {told}"))?;
             }
-            // Of one query they would say again what its row does.
+            // For a single query the figures would repeat its row.
             if self.summary.queries() > 1 {
                 self.out.line("")?;
                 self.out.line(report::two_columns(&self.summary.figures().rows(self.unit)))?;
@@ -337,7 +336,7 @@ mod tests {
     use clap::{Arg, ArgAction, CommandFactory};
     use extricate::QUERY_OPTIONS;
 
-    /// What `query` has beside the options of the library.
+    /// Options of `query` that the library does not have.
     const OWN: [&str; 16] = [
         "continuous",
         "free",

@@ -1,4 +1,4 @@
-//! One answer as rows of text or a line of JSON.
+//! Formats one answer as rows of text or as a line of JSON.
 
 use extricate::{Answer, AnswerRecord, Scene, Unproved};
 use serde::Serialize;
@@ -17,19 +17,18 @@ pub struct QueryRow<'a> {
 }
 
 impl<'a> QueryRow<'a> {
-    /// Names the pairs of `answer`.
     pub fn new(answer: &'a Answer, seconds: f64, scene: &'a Scene) -> Self {
         Self { record: answer.record(scene), seconds, is_doubtful: answer.is_doubtful() }
     }
 
-    /// The witness, every number with as many digits as tell it from all others: what is printed is
-    /// the configuration that was checked.
+    /// Prints the witness with enough digits to distinguish each number from all others, so that
+    /// the printed configuration is the one that was checked.
     pub fn witness_text(&self) -> String {
         let numbers: Vec<String> = self.record.witness.iter().map(|x| (x + 0.0).to_string()).collect();
         format!("{:>6}  [{}]", "at", numbers.join(", "))
     }
 
-    /// The row for the query of input line `line`, and one for each exit beside the witness.
+    /// Returns the row for the query of input line `line`, and one for each further exit.
     pub fn text(&self, line: usize) -> String {
         let Self { record, seconds, is_doubtful } = self;
         let verified = if record.verified { "yes" } else { "no" };
@@ -79,7 +78,7 @@ pub mod tests {
     use super::*;
     use extricate::{Solver, builtin};
 
-    /// The answer for an arm in collision, with another depth.
+    /// An answer for an arm in collision, with the given depth.
     pub fn answer(depth: f64, verified: bool) -> Answer {
         let solver = Solver::new(builtin::scene("planar-arm").unwrap());
         let mut answer = solver.query(&solver.scene().config(&[0.4, 0.0, 0.0]).unwrap()).unwrap();

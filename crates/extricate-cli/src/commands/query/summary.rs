@@ -1,11 +1,11 @@
-//! The summary of many answers.
+//! Summarises many answers.
 
 use extricate::Answer;
 use serde::Serialize;
 
 use crate::report::{count, duration, percent, quantile};
 
-/// Figures of many answers.
+/// Collects the values of many answers.
 #[derive(Debug, Default)]
 pub struct Summary {
     depths: Vec<f64>,
@@ -17,33 +17,31 @@ pub struct Summary {
     free: usize,
 }
 
-/// The figures that are shown.
+/// Shares, medians and percentiles of many answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
-    /// Queries answered.
     pub queries: usize,
-    /// Those that were free already; the quantiles below leave them out.
+    /// Queries that were free already; the quantiles exclude them.
     pub free: usize,
     /// Share of witnesses checked during the query.
     pub verified: f64,
     /// Median depth, in the scene's metric.
     pub depth_median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the depth, in the scene's metric.
     pub depth_p95: f64,
-    /// Median of lower bound over depth.
+    /// Median ratio of lower bound to depth.
     pub lower_over_depth_median: f64,
     /// Median of the largest displacement of any point \[m\].
     pub max_displacement_median: f64,
-    /// Median time \[s\].
+    /// Median time of a query \[s\].
     pub seconds_median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the time of a query \[s\].
     pub seconds_p95: f64,
     /// Median number of checks.
     pub checks_median: f64,
 }
 
 impl Summary {
-    /// Adds one answer.
     pub fn add(&mut self, answer: &Answer, seconds: f64) {
         self.verified += usize::from(answer.verified);
         if answer.depth == 0.0 {
@@ -57,12 +55,12 @@ impl Summary {
         self.checks.push(answer.checks as f64);
     }
 
-    /// How many were added.
+    /// Number of answers that were added.
     pub fn queries(&self) -> usize {
         self.free + self.depths.len()
     }
 
-    /// Medians and percentiles; `NaN` where nothing collided.
+    /// Computes medians and percentiles, which are `NaN` if nothing collided.
     pub fn figures(&mut self) -> Figures {
         let queries = self.queries();
         Figures {

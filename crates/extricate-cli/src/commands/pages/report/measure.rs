@@ -1,5 +1,5 @@
-//! What a report measures: queries of random configurations in collision, with one budget after
-//! the other, and where boundary samples touch.
+//! Measures a model for its report: colliding queries with one budget after another, and the pairs
+//! that touch at boundary samples.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,38 +13,37 @@ use crate::commands::draw_colliding;
 use crate::progress::busy;
 use crate::report::quantile;
 
-/// Budgets that are tried, in checks.
-const BUDGETS: [usize; 8] = [12, 25, 50, 100, 200, 400, 800, 1600];
-/// Boundary samples of which it is told where they touch, most.
-const MOST_SAMPLES: usize = 2000;
-/// An answer is near that is farther than the best by at most this share.
-const NEAR: f64 = 1.05;
-/// Turns the seed into another one, so that no query is a configuration that was learned from.
-const QUERY_STREAM: u64 = 0x72_65_70_6f_72_74;
+/// Budgets of the queries, in checks.
+const CHECK_BUDGETS: [usize; 8] = [12, 25, 50, 100, 200, 400, 800, 1600];
+/// Largest number of boundary samples at which touching pairs are determined.
+const MAX_SAMPLES: usize = 2000;
+/// Largest ratio of a near answer's depth to the best depth.
+const NEAR_RATIO: f64 = 1.05;
+/// Changes the seed, so that no query is a configuration that the model was learned from.
+const QUERY_SEED_MASK: u64 = 0x72_65_70_6f_72_74;
 
-/// Figures of a report.
 #[derive(Debug, Serialize)]
 pub struct Measured {
-    /// Random configurations in collision that were asked.
+    /// Number of queries: random configurations in collision.
     pub queries: usize,
-    /// The quality with each budget, the least first.
+    /// Quality with each budget, the smallest first.
     pub budgets: Vec<Quality>,
-    /// The quality without a budget.
+    /// Quality without a budget.
     pub refined: Quality,
-    /// The depths of refined answers, in the metric.
+    /// Depths of refined answers, in the metric.
     pub depths: Vec<f64>,
-    /// The share of each depth that is proved.
+    /// Proved share of each depth.
     pub proved: Vec<f64>,
-    /// How many boundary samples touch with a pair, the most frequent first.
+    /// Pairs, and the number of boundary samples at which each touches, the most frequent first.
     pub touching: Vec<([String; 2], usize)>,
-    /// Boundary samples that were tried for it.
+    /// Number of boundary samples that `touching` is based on.
     pub samples: usize,
 }
 
-/// How near answers are to the best that was found.
+/// Comparison of answers with the best that any search found.
 #[derive(Debug, Serialize)]
 pub struct Quality {
-    /// Median of the checks of a query.
+    /// Median number of checks per query.
     pub checks: f64,
     /// Share of answers within 5 % of the best.
     pub within_5pct: f64,
@@ -55,17 +54,17 @@ pub struct Quality {
 /// Measures `count` queries of a model.
 ///
 /// # Errors
-/// Where no configuration in collision is found.
+/// Fails if no configuration in collision is found.
 pub fn measure(model: &Arc<Model>, count: usize, seed: u64) -> anyhow::Result<Measured> {
     let solver = Solver::of_model(Arc::clone(model));
-    let queries = draw_colliding(&solver, count, seed ^ QUERY_STREAM)?;
+    let queries = draw_colliding(&solver, count, seed ^ QUERY_SEED_MASK)?;
     let ask = |effort, max_checks| -> extricate::Result<Vec<Option<Answer>>> {
         let options = QueryOptions::default().effort(effort).termination(termination(max_checks, None));
         let solver = solver.clone().options(options)?;
         Ok(queries.par_iter().map(|q| solver.query(q)).collect())
     };
     let (refined, limited, exhaustive) = busy("asking the model", || {
-        let limited = BUDGETS.iter().map(|checks| ask(Effort::Refined, Some(*checks)));
+        let limited = CHECK_BUDGETS.iter().map(|checks| ask(Effort::Refined, Some(*checks)));
         let limited = limited.collect::<extricate::Result<Vec<_>>>()?;
         extricate::Result::Ok((ask(Effort::Refined, None)?, limited, ask(Effort::Exhaustive, None)?))
     })?;
@@ -96,7 +95,7 @@ fn depth(answer: &Option<Answer>) -> f64 {
 }
 
 fn quality(answers: &[Option<Answer>], best: &[f64]) -> Quality {
-    let near = answers.iter().zip(best).filter(|(answer, best)| depth(answer) <= NEAR * *best).count();
+    let near = answers.iter().zip(best).filter(|(answer, best)| depth(answer) <= NEAR_RATIO * *best).count();
     let mut checks: Vec<f64> = answers.iter().flatten().map(|answer| answer.checks as f64).collect();
     let mut excess: Vec<f64> = answers.iter().zip(best).map(|(answer, best)| depth(answer) / best - 1.0).collect();
     Quality {
@@ -106,10 +105,10 @@ fn quality(answers: &[Option<Answer>], best: &[f64]) -> Quality {
     }
 }
 
-/// Pairs that touch at boundary samples, spread evenly over all of them.
+/// Counts the pairs that touch at boundary samples, which are spread evenly over all samples.
 fn touching(solver: &Solver, model: &Model) -> (Vec<([String; 2], usize)>, usize) {
     let (checker, scene, samples) = (solver.checker(), solver.scene(), model.boundary());
-    let step = samples.len().div_ceil(MOST_SAMPLES).max(1);
+    let step = samples.len().div_ceil(MAX_SAMPLES).max(1);
     let configs: Vec<&[f64]> = samples.configs().chunks_exact(scene.space().nq()).step_by(step).collect();
     let of = |scratch: &mut CheckScratch, q: &&[f64]| {
         let mut contacts = Vec::new();

@@ -1,7 +1,7 @@
-//! `extricate report`: how good a model is, measured anew and drawn, to look at before it is
-//! trusted.
+//! `extricate report`: measures a model anew and draws the results, so that users can judge it
+//! before they trust it.
 //!
-//! `measure` asks the model, `plots` draws figures, `page` puts them together.
+//! `measure` queries the model, `plots` draws figures, and `page` joins them.
 
 mod measure;
 mod page;
@@ -36,7 +36,6 @@ pub struct ReportArgs {
     seed: u64,
 }
 
-/// Runs the command.
 pub fn run(args: &ReportArgs, json: bool) -> anyhow::Result<()> {
     files::check_not_read(&args.output, [args.model.as_path()])?;
     files::check_output(&args.output, "page of this program", is_page)?;

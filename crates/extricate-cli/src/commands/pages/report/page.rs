@@ -1,4 +1,4 @@
-//! A report as a page: a verdict, plots with what they mean, the statistics of the model.
+//! A report as a page: a verdict, plots with explanations, and the statistics of the model.
 
 use std::fmt::Write;
 
@@ -10,10 +10,10 @@ use super::plots::{curve, histogram};
 use crate::commands::learn::{statistics_rows, word_for};
 use crate::report::{count, metric_unit, percent, quantile};
 
-/// Pairs that are listed.
-const MOST_PAIRS: usize = 15;
+/// Largest number of pairs that are listed.
+const MAX_PAIRS: usize = 15;
 
-/// The page of `measured`, of the model in the file `name`.
+/// Renders the page of `measured` for the model in the file `name`.
 pub fn html(model: &Model, name: &str, measured: &Measured) -> String {
     let unit = metric_unit(model.scene());
     let mut body = format!("<h1>{}</h1>\n<p class=\"verdict\">{}</p>\n", escaped(name), verdict(measured));
@@ -73,7 +73,7 @@ fn touching(measured: &Measured) -> String {
          learned; one that is everywhere may overlap by design.</p>\n<table>\n",
         count(measured.samples)
     );
-    for ([first, second], times) in measured.touching.iter().take(MOST_PAIRS) {
+    for ([first, second], times) in measured.touching.iter().take(MAX_PAIRS) {
         let _ = writeln!(
             text,
             "<tr><th>{} &ndash; {}</th><td><meter max=\"{most}\" value=\"{times}\"></meter> {}</td></tr>",
@@ -82,8 +82,8 @@ fn touching(measured: &Measured) -> String {
             count(*times)
         );
     }
-    if measured.touching.len() > MOST_PAIRS {
-        let _ = writeln!(text, "<tr><td>and {} pairs more</td></tr>", count(measured.touching.len() - MOST_PAIRS));
+    if measured.touching.len() > MAX_PAIRS {
+        let _ = writeln!(text, "<tr><td>and {} pairs more</td></tr>", count(measured.touching.len() - MAX_PAIRS));
     }
     text + "</table>\n"
 }

@@ -1,18 +1,18 @@
-//! Plots of a report, as SVG: histograms, a curve, bars. Each says its own axes.
+//! Plots of a report as SVG: histograms and a curve. Each labels its own axes.
 
 use svg::Document;
 use svg::node::element::{Line, Polyline, Rectangle, Text};
 
 /// Size of a plot \[px\].
-const SIZE: [f64; 2] = [420.0, 240.0];
-/// Room for the axes: left, right, top, bottom \[px\].
-const ROOM: [f64; 4] = [48.0, 22.0, 14.0, 40.0];
+const PLOT_SIZE_PX: [f64; 2] = [420.0, 240.0];
+/// Margins for the labels of axes: left, right, top, bottom \[px\].
+const MARGINS_PX: [f64; 4] = [48.0, 22.0, 14.0, 40.0];
 /// Bars of a histogram.
 const BINS: usize = 20;
 const INK: &str = "#1b2430";
 const FILL: &str = "#2f86c1";
 
-/// A rectangle of data in the plot.
+/// Ranges of the data along both axes.
 struct Axes {
     x: [f64; 2],
     y: [f64; 2],
@@ -21,13 +21,15 @@ struct Axes {
 impl Axes {
     fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let share = |value: f64, [low, high]: [f64; 2]| if high > low { (value - low) / (high - low) } else { 0.5 };
-        let (width, height) = (SIZE[0] - ROOM[0] - ROOM[1], SIZE[1] - ROOM[2] - ROOM[3]);
-        (ROOM[0] + width * share(x, self.x), SIZE[1] - ROOM[3] - height * share(y, self.y))
+        let (width, height) =
+            (PLOT_SIZE_PX[0] - MARGINS_PX[0] - MARGINS_PX[1], PLOT_SIZE_PX[1] - MARGINS_PX[2] - MARGINS_PX[3]);
+        (MARGINS_PX[0] + width * share(x, self.x), PLOT_SIZE_PX[1] - MARGINS_PX[3] - height * share(y, self.y))
     }
 
-    /// Lines and numbers of both axes; `name` stands below.
+    /// Draws the lines and numbers of both axes; `name` labels the horizontal one.
     fn frame(&self, name: &str, tell_x: &dyn Fn(f64) -> String, tell_y: &dyn Fn(f64) -> String) -> Document {
-        let mut plot = Document::new().set("viewBox", (0, 0, SIZE[0] as u32, SIZE[1] as u32)).set("role", "img");
+        let mut plot =
+            Document::new().set("viewBox", (0, 0, PLOT_SIZE_PX[0] as u32, PLOT_SIZE_PX[1] as u32)).set("role", "img");
         for step in 0..=4 {
             let share = f64::from(step) / 4.0;
             let (x, y) = (self.x[0] + share * (self.x[1] - self.x[0]), self.y[0] + share * (self.y[1] - self.y[0]));
@@ -46,7 +48,7 @@ impl Axes {
                 .add(text(left - 6.0, level + 4.0, "end", &tell_y(y)))
                 .add(text(column, bottom + 16.0, "middle", &tell_x(x)));
         }
-        plot.add(text(SIZE[0] / 2.0, SIZE[1] - 6.0, "middle", name))
+        plot.add(text(PLOT_SIZE_PX[0] / 2.0, PLOT_SIZE_PX[1] - 6.0, "middle", name))
     }
 }
 
@@ -54,7 +56,7 @@ fn text(x: f64, y: f64, anchor: &str, content: &str) -> Text {
     Text::new(content).set("x", x).set("y", y).set("text-anchor", anchor).set("font-size", 12).set("fill", INK)
 }
 
-/// How many of `values` lie where, from `low` to their largest or to `high`.
+/// Draws a histogram of `values` from `low` to `high`, or to their largest.
 pub fn histogram(values: &[f64], low: f64, high: Option<f64>, name: &str) -> Document {
     let high = high.unwrap_or_else(|| values.iter().copied().filter(|x| x.is_finite()).fold(low + 1e-9, f64::max));
     let mut counts = [0usize; BINS];
@@ -74,7 +76,7 @@ pub fn histogram(values: &[f64], low: f64, high: Option<f64>, name: &str) -> Doc
     plot
 }
 
-/// Shares by a number of checks, on a logarithmic axis.
+/// Draws shares over numbers of checks, on a logarithmic axis.
 pub fn curve(points: &[(f64, f64)], name: &str) -> Document {
     let at = |checks: f64| checks.max(1.0).log10();
     let ends = points.iter().fold([f64::INFINITY, 0.0], |[low, high], (x, _)| [at(*x).min(low), at(*x).max(high)]);

@@ -1,5 +1,5 @@
-//! Answers from lines of `query --json` and `grasp --json`. What they say is shown, not judged;
-//! that they fit the scene is checked.
+//! Reads answers from lines of `query --json` and `grasp --json`. They have to fit the scene, but
+//! the page shows their statements unchecked.
 
 use std::path::Path;
 
@@ -10,21 +10,21 @@ use serde::Deserialize;
 
 use crate::commands::query::Timed;
 
-/// Lines of answers.
+/// A file with lines of answers.
 pub struct Answers {
     name: String,
     text: String,
 }
 
-/// What a line says of its configuration.
+/// The answer of a line.
 pub enum Given {
-    /// What was answered, and how long it took \[s\].
+    /// An answer and its time \[s\].
     Answer(Timed),
-    /// What was released.
+    /// A released grasp.
     Grasp(GraspData),
 }
 
-/// What tells the kinds of lines apart.
+/// Distinguishes the kinds of lines.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Line {
@@ -41,14 +41,13 @@ enum Line {
 }
 
 impl Answers {
-    /// Reads a file.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
         Ok(Self { name, text })
     }
 
-    /// What the lines say: as many as there are queries.
+    /// Reads one answer for each query.
     pub fn read(&self, scene: &Scene, queries: usize) -> anyhow::Result<Vec<Given>> {
         let mut answers = Vec::new();
         let lines = self.text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
@@ -63,7 +62,8 @@ impl Answers {
                     scene.space().config_anywhere(&grasp.config).context(place)?;
                     answers.push(Given::Grasp(*grasp));
                 }
-                // Configurations that could not be used are left out of the queries too.
+                // Unusable configurations are left out of the queries too, so their lines are
+                // skipped.
                 Ok(Line::Error { error }) if error.starts_with("no free") => answers.push(Given::Answer((None, 0.0))),
                 Ok(Line::Error { .. }) => {}
                 Err(_) => bail!("{place}: expected an answer as `extricate query --json` or `grasp --json` prints it"),

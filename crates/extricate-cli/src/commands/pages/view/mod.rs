@@ -1,7 +1,8 @@
-//! `extricate view`: a scene, configurations in it and their answers as one page for a browser.
+//! `extricate view`: writes a scene, configurations in it and their answers as one page for a
+//! browser.
 //!
-//! Then `answers`, which reads answers that `query --json` gave, and `serve`, which gives the page
-//! to a browser of this computer.
+//! `answers` reads the output of `query --json`, and `serve` serves the page to browsers of this
+//! computer.
 
 mod answers;
 mod serve;
@@ -25,14 +26,14 @@ use crate::progress::Progress;
 use crate::report::count;
 use answers::{Answers, Given};
 
-/// Queries of a page, most: it holds them all.
-const MOST_QUERIES: usize = 1000;
-/// Waypoints of the paths of a page, most.
-const MOST_WAYPOINTS: usize = 20_000;
-/// Exits that are looked for where the effort finds several.
-const USUAL_EXITS: usize = 3;
+/// Largest number of queries of a page, which contains them all.
+const MAX_QUERIES: usize = 1000;
+/// Largest number of waypoints of all paths of a page.
+const MAX_WAYPOINTS: usize = 20_000;
+/// Exits by default, if the effort finds several.
+const DEFAULT_EXITS: usize = 3;
 
-/// Why a page cannot be live.
+/// Message if no library is available for a live page.
 const NOT_BUILT_IN: &str = "--live: this program was built without the library as WebAssembly; \
                             scripts/build-wasm.sh makes it, then give it with --wasm";
 
@@ -95,7 +96,6 @@ pub struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// The options of its queries.
     pub fn options(&self) -> QueryOptions {
         QueryOptions::default().effort(self.effort).exits(self.exits()).contacts(true)
     }
@@ -104,13 +104,12 @@ impl ViewArgs {
         let usual = match self.effort {
             Effort::Nearest | Effort::Proved => 1,
             _ if self.stream => 1,
-            _ => USUAL_EXITS,
+            _ => DEFAULT_EXITS,
         };
         self.exits.unwrap_or(usual)
     }
 }
 
-/// Runs the command.
 pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
     if args.serve.is_none() {
         let read = [&args.input, &args.answers, &args.paths, &args.world, &args.wasm];
@@ -146,7 +145,7 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
     input.map_or(Ok(()), |configs| configs.conclude())
 }
 
-/// Configurations and their answers, and the input that they are of.
+/// Returns configurations with their answers, and their input.
 fn answered(args: &ViewArgs, solver: &Solver) -> anyhow::Result<(Vec<Shown>, Option<Configs>)> {
     let input = match (&args.input, args.q.is_empty()) {
         (Some(path), _) => Some(Configs::open(path)?),
@@ -169,7 +168,7 @@ fn answered(args: &ViewArgs, solver: &Solver) -> anyhow::Result<(Vec<Shown>, Opt
     Ok((shown.collect(), input))
 }
 
-/// All paths of an input; those that cannot be used are reported.
+/// Reads all paths of an input, and reports those that cannot be used.
 fn paths(lines: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Shown>> {
     let (mut shown, mut waypoints) = (Vec::new(), 0);
     while let Some(entry) = lines.next_path(solver.scene())? {
@@ -177,9 +176,9 @@ fn paths(lines: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Shown>> {
         match entry {
             Ok((line, (first, rest))) => {
                 waypoints += 1 + rest.len();
-                if shown.len() == MOST_QUERIES || waypoints > MOST_WAYPOINTS {
+                if shown.len() == MAX_QUERIES || waypoints > MAX_WAYPOINTS {
                     bail!(
-                        "line {line}: got more than {MOST_QUERIES} paths or {MOST_WAYPOINTS} waypoints, \
+                        "line {line}: got more than {MAX_QUERIES} paths or {MAX_WAYPOINTS} waypoints, \
                          expected fewer: a page holds them all"
                     )
                 }
@@ -191,14 +190,14 @@ fn paths(lines: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Shown>> {
     Ok(shown)
 }
 
-/// All configurations of an input; those that cannot be used are reported.
+/// Reads all configurations of an input, and reports those that cannot be used.
 fn read(configs: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
     let mut queries = Vec::new();
     while let Some(entry) = configs.next(solver.scene())? {
         configs.take_notes().into_iter().for_each(notice::warning);
         match entry {
-            Ok((line, _)) if queries.len() == MOST_QUERIES => {
-                bail!("line {line}: got more than {MOST_QUERIES} configurations, expected fewer: a page holds them all")
+            Ok((line, _)) if queries.len() == MAX_QUERIES => {
+                bail!("line {line}: got more than {MAX_QUERIES} configurations, expected fewer: a page holds them all")
             }
             Ok((_, q)) => queries.push(q),
             Err(bad) => configs.report(&bad),
@@ -208,8 +207,8 @@ fn read(configs: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
 }
 
 fn draw(args: &ViewArgs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
-    if args.count > MOST_QUERIES {
-        bail!("--count: got {}, expected at most {MOST_QUERIES}: a page holds them all", args.count);
+    if args.count > MAX_QUERIES {
+        bail!("--count: got {}, expected at most {MAX_QUERIES}: a page holds them all", args.count);
     }
     draw_colliding(solver, args.count, args.seed)
 }
@@ -239,13 +238,13 @@ fn page(args: &ViewArgs, solver: &Solver, shown: Vec<Shown>) -> anyhow::Result<S
     pages::html(solver, shown, &about)
 }
 
-/// The library for the page, and what it opens there.
+/// Returns the library for the page with the scene or model that it opens there.
 fn live(args: &ViewArgs, solver: &Solver) -> anyhow::Result<Live> {
     let program = match &args.wasm {
         Some(path) => std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?,
         None => Live::built_in().context(NOT_BUILT_IN)?.to_vec(),
     };
-    // WebAssembly begins with these four bytes, gzip with those two.
+    // WebAssembly begins with the first four bytes, gzip with the last two.
     if !program.starts_with(b"\0asm") && !program.starts_with(&[0x1f, 0x8b]) {
         bail!("--wasm: got a file that is no WebAssembly, expected what scripts/build-wasm.sh makes");
     }

@@ -1,5 +1,5 @@
-//! One page over HTTP, to browsers of this computer alone: what is needed of the protocol and no
-//! more.
+//! Serves one page over HTTP to browsers of this computer alone. It implements only the necessary
+//! part of the protocol.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -9,25 +9,25 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
-/// Longest head of a request \[bytes\].
-const LONGEST_HEAD: usize = 8192;
-/// How long a browser may take to ask.
-const TO_ASK: Duration = Duration::from_secs(5);
-/// How long it may take to get what it is given.
-const TO_TAKE: Duration = Duration::from_secs(30);
-/// Most browsers that are answered at a time; others are sent away. Each takes a thread.
-const MOST_AT_A_TIME: usize = 64;
-/// Bytes that are given at a time.
-const PIECE: usize = 1 << 16;
+/// Largest head of a request.
+const MAX_HEAD_BYTES: usize = 8192;
+/// Time within which a browser has to send its request.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time within which a browser has to receive the reply.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(30);
+/// Largest number of connections at a time, each of which takes a thread; further ones are closed.
+const MAX_CONNECTIONS: usize = 64;
+/// Bytes that are written at once.
+const PIECE_BYTES: usize = 1 << 16;
 
-/// What every reply says of itself. No page of elsewhere may show this one within itself.
-const FIELDS: &str = "Content-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+/// Header fields of every reply. They keep pages from elsewhere from embedding this one.
+const REPLY_FIELDS: &str = "Content-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
                       Content-Security-Policy: frame-ancestors 'none'\r\nX-Frame-Options: DENY\r\nConnection: close\r\n";
 
-/// Answers requests for `page`, until the process ends; `begun` hears the address.
+/// Serves `page` until the process ends; `begun` receives the address.
 ///
 /// # Errors
-/// If the port cannot be had.
+/// Fails if the port is not available.
 pub fn serve(page: &[u8], port: u16, begun: impl FnOnce(SocketAddr) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
     let listener = listener.with_context(|| format!("cannot listen at 127.0.0.1:{port}"))?;
@@ -36,13 +36,13 @@ pub fn serve(page: &[u8], port: u16, begun: impl FnOnce(SocketAddr) -> anyhow::R
     let answered = AtomicUsize::new(0);
     thread::scope(|scope| {
         for stream in listener.incoming().flatten() {
-            if answered.fetch_add(1, Ordering::SeqCst) >= MOST_AT_A_TIME {
+            if answered.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS {
                 answered.fetch_sub(1, Ordering::SeqCst);
                 continue;
             }
             let answered = &answered;
             let answer = move || {
-                // A browser that goes away in the middle is no fault of the others.
+                // A browser that disconnects early must not affect the others.
                 let _ = answer(stream, page, address.port());
                 answered.fetch_sub(1, Ordering::SeqCst);
             };
@@ -55,25 +55,25 @@ pub fn serve(page: &[u8], port: u16, begun: impl FnOnce(SocketAddr) -> anyhow::R
 }
 
 fn answer(mut stream: TcpStream, page: &[u8], port: u16) -> std::io::Result<()> {
-    let head = head_of(&mut stream, Instant::now() + TO_ASK)?;
+    let head = head_of(&mut stream, Instant::now() + REQUEST_TIMEOUT)?;
     let (status, body) = reply(&head, page, port);
-    let fields = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\n{FIELDS}\r\n", body.len());
+    let fields = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\n{REPLY_FIELDS}\r\n", body.len());
     let body = if head.starts_with("HEAD ") { &[] } else { body };
-    let end = Instant::now() + TO_TAKE;
-    for piece in [fields.as_bytes()].into_iter().chain(body.chunks(PIECE)) {
+    let end = Instant::now() + REPLY_TIMEOUT;
+    for piece in [fields.as_bytes()].into_iter().chain(body.chunks(PIECE_BYTES)) {
         stream.set_write_timeout(Some(left_until(end)?))?;
         stream.write_all(piece)?;
     }
     stream.flush()
 }
 
-/// The first lines of a request, up to the empty one.
+/// Reads the first lines of a request, up to the empty one.
 ///
 /// # Errors
-/// If they are not there at `end`: a timeout of the stream is one of each read alone.
+/// Fails if they have not arrived by `end`; the timeout of a stream would apply to each read alone.
 fn head_of(stream: &mut TcpStream, end: Instant) -> std::io::Result<String> {
     let (mut head, mut piece) = (Vec::new(), [0; 1024]);
-    while head.len() < LONGEST_HEAD && !head.windows(4).any(|end| end == b"\r\n\r\n") {
+    while head.len() < MAX_HEAD_BYTES && !head.windows(4).any(|end| end == b"\r\n\r\n") {
         stream.set_read_timeout(Some(left_until(end)?))?;
         match stream.read(&mut piece)? {
             0 => break,
@@ -88,7 +88,7 @@ fn left_until(end: Instant) -> std::io::Result<Duration> {
     if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(left) }
 }
 
-/// Status and body for a request.
+/// Chooses status and body for a request.
 fn reply<'a>(head: &str, page: &'a [u8], port: u16) -> (&'static str, &'a [u8]) {
     let mut lines = head.lines();
     let mut words = lines.next().unwrap_or_default().split(' ');
@@ -96,7 +96,8 @@ fn reply<'a>(head: &str, page: &'a [u8], port: u16) -> (&'static str, &'a [u8]) 
     let lower = lines.map(str::to_ascii_lowercase);
     let hosts: Vec<String> =
         lower.filter_map(|line| line.strip_prefix("host:").map(|host| host.trim().to_string())).collect();
-    // A name of elsewhere that leads here would let a page of elsewhere read this one.
+    // If a foreign name resolves to this computer, a foreign page could read this one under that
+    // name.
     let is_own = |host: &String| [format!("127.0.0.1:{port}"), format!("localhost:{port}")].contains(host);
     match (method, target) {
         _ if hosts.len() > 1 => ("400 Bad Request", b"asked under several names"),
@@ -141,10 +142,10 @@ mod tests {
 
     #[test]
     fn a_head_without_end_is_cut() {
-        let later = Instant::now() + TO_TAKE;
+        let later = Instant::now() + REPLY_TIMEOUT;
         let [mut client, mut server] = connection();
-        let writing = thread::spawn(move || client.write_all(&[b'a'; 4 * LONGEST_HEAD]).map(|()| client));
-        assert!(head_of(&mut server, later).unwrap().len() <= LONGEST_HEAD + 1024);
+        let writing = thread::spawn(move || client.write_all(&[b'a'; 4 * MAX_HEAD_BYTES]).map(|()| client));
+        assert!(head_of(&mut server, later).unwrap().len() <= MAX_HEAD_BYTES + 1024);
         drop(server);
         let _ = writing.join().unwrap();
         let [mut client, mut server] = connection();
@@ -157,13 +158,13 @@ mod tests {
         let [mut client, mut server] = connection();
         let writing = thread::spawn(move || {
             let started = Instant::now();
-            while started.elapsed() < TO_TAKE && client.write_all(b"a").is_ok() {
+            while started.elapsed() < REPLY_TIMEOUT && client.write_all(b"a").is_ok() {
                 thread::sleep(Duration::from_millis(20));
             }
             started.elapsed()
         });
         assert!(head_of(&mut server, Instant::now() + Duration::from_millis(200)).is_err());
         drop(server);
-        assert!(writing.join().unwrap() < TO_TAKE / 2, "it was read for as long as it was written");
+        assert!(writing.join().unwrap() < REPLY_TIMEOUT / 2, "it was read for as long as it was written");
     }
 }
