@@ -21,7 +21,7 @@ import time
 import collision_report
 from sides import BUILD, ROBOTS, ROOT, Side, machine, ours_command, peer_commands
 
-# Link meshes as the robots' files have them, smallest pair first.
+# Pairs of link meshes from the robots' files, the smallest first.
 PAIRS = [
     ("ur5 forearm, upper arm", "ur_description/meshes/ur5/collision/forearm.stl", "ur_description/meshes/ur5/collision/upperarm.stl"),
     ("talos gripper, torso", "talos_data/meshes/gripper/base_link.STL", "talos_data/meshes/torso/torso_2.STL"),
@@ -81,7 +81,7 @@ locked = {{ head_pan = 0, l_gripper_l_finger_joint = 0, l_gripper_r_finger_joint
 
 
 def mesh_pairs(sides, rounds, count):
-    """Every pair, kind and side in turn; answers of the first round are compared, and brute force judges where they differ."""
+    """Times every pair, kind and side one after another; answers of the first round are compared, and brute force decides if they differ."""
     runs = [("ours", 0.0), ("coal", 0.0), ("fcl", 0.0), ("ours", CLEARANCE), ("coal", CLEARANCE)]
     runs = [run for run in runs if run[0] in sides]
     rows = []
@@ -108,7 +108,7 @@ def mesh_pairs(sides, rounds, count):
 
 
 def differences(sides, runs, names, poses):
-    """Per peer and limit: answers that differ from ours, and who is right by brute force (of the first twenty)."""
+    """Counts answers that differ from ours, per peer and limit; brute force decides the first twenty."""
     found = {}
     for side, limit in runs:
         if side == "ours":
@@ -126,7 +126,7 @@ def differences(sides, runs, names, poses):
 
 
 def memory(commands, numbers):
-    """Bytes a triangle and seconds to build, each mesh in a process of its own, whose allocator returns what is freed."""
+    """Measures bytes per triangle and seconds to build. Each mesh has a process of its own, whose allocator returns freed memory."""
     rows = []
     for number in numbers:
         row = {}
@@ -168,7 +168,7 @@ def growth(sides, rounds, count, levels):
 
 
 def robots(ours, rounds, count):
-    """Labels and near pairs of whole robots: hulls among boxes, raw meshes and a ring, two arms of raw meshes alone."""
+    """Times labels and near pairs of whole robots: hulls among boxes, raw meshes and a ring, two arms of raw meshes alone."""
     ours("make", "torus", 0.18, 0.06, 48, 48, BUILD / "torus.stl")
     panda = {"robots": ROBOTS, "packages": ROBOTS.parent.parent}
     hulls, meshes = (PANDA.format(geometry=geometry, **panda) for geometry in ("convex-hull", "mesh"))
@@ -222,7 +222,7 @@ def distances(peer, x):
 
 
 def call_overhead(pin):
-    """Seconds that a call from Python costs by itself: the same function on a model of no pairs."""
+    """Returns the seconds of a call from Python by itself: the same function on a model without pairs."""
     model, geometry = pin.Model(), pin.GeometryModel()
     data, geometry_data, q = model.createData(), geometry.createData(), pin.neutral(pin.Model())
     return statistics.median(timed(pin.computeCollisions, model, data, geometry, geometry_data, q, True)[0] for _ in range(1000))

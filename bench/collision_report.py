@@ -1,4 +1,4 @@
-"""The page docs/benchmarks/collision.md: tables and plots from the figures of collision.py. Prose outside the markers stays."""
+"""Writes tables and plots of docs/benchmarks/collision.md from the figures of collision.py; text outside the markers stays."""
 import math
 import statistics
 from pathlib import Path
@@ -25,7 +25,7 @@ def write(found, folder):
 
 
 def us(seconds):
-    """Microseconds, three digits."""
+    """Formats seconds as microseconds, with three digits."""
     x = 1e6 * seconds
     return f"{x:.0f}" if x >= 100 else f"{x:.1f}" if x >= 10 else f"{x:.2f}"
 
@@ -36,12 +36,12 @@ def table(head, rows):
 
 
 def mean(values):
-    """Geometric."""
+    """Returns the geometric mean."""
     return math.exp(statistics.fmean(map(math.log, values)))
 
 
 def ratio(above, below):
-    """Median over rounds of the ratio within a round."""
+    """Returns the median over rounds of the ratio within a round."""
     return statistics.median(a / b for a, b in zip(above, below))
 
 

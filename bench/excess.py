@@ -1,4 +1,4 @@
-"""How far answers are beyond the best known, and how sure a share of them is."""
+"""Excess of answers over the best known, and confidence intervals of shares."""
 import math
 import statistics
 
@@ -6,7 +6,7 @@ import numpy as np
 
 import programs
 
-# What counts as another way out, and as the same one found less well.
+# Excess from which an answer counts as another exit, and as an inexact one.
 SLIGHT, CLOSE = 0.05, 0.01
 
 
@@ -19,12 +19,12 @@ def asked(model, queries, effort="refined"):
 
 
 def within(depth, best):
-    """The shares of answers within 5 % and within 1 % of the best known."""
+    """Returns the shares of answers within 5 % and within 1 % of the best known."""
     return {"within_5": float((depth <= (1 + SLIGHT) * best).mean()), "within_1": float((depth <= (1 + CLOSE) * best).mean())}
 
 
 def wilson(share, count):
-    """The 95 % interval of a share that was seen among `count` (Wilson, "Probable inference, the law of succession, and statistical inference", 1927,
+    """Returns the 95 % interval of a share of `count` samples (Wilson, "Probable inference, the law of succession, and statistical inference", 1927,
     doi:10.1080/01621459.1927.10502953)."""
     z = statistics.NormalDist().inv_cdf(0.975)
     middle, half = share + z * z / (2 * count), z * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
@@ -32,7 +32,7 @@ def wilson(share, count):
 
 
 def interval_of_mean(shares, intervals):
-    """Of the mean of independent shares, from the Wilson intervals of each: the squares of their half widths add up.
+    """Returns the interval of the mean of independent shares from their Wilson intervals: the squares of the half widths add up.
 
     Source: Newcombe, "Interval estimation for the difference between independent proportions: comparison of eleven methods", 1998,
     doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I, method 10, here for a mean instead of a difference.

@@ -31,7 +31,7 @@ def scenes(count):
 
 
 def learned(given, labels, workers):
-    """Seconds on the clock, of processor time of this program, and of that of its workers."""
+    """Learns scenes; returns wall seconds, and the processor seconds of this program and of its workers."""
     with tempfile.TemporaryDirectory() as folder:
         busy = [processor_seconds(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
         began = time.perf_counter()
@@ -73,7 +73,7 @@ def main():
     for number in range(given.rounds):
         (one, *_), (many, own, theirs) = learned(robots, given.labels, 1), learned(robots, given.labels, given.workers)
         plain = spun(given.scenes, 1) / spun(given.scenes, given.workers)
-        # One part alone, the other shared evenly.
+        # The time of this program is not shared by cores; that of the workers is shared evenly.
         free = (own + theirs) / (own + theirs / given.workers)
         ratios.append((one / many, plain, free))
         print(f"round {number + 1}: {one:.1f} s one at a time, {many:.1f} s with {given.workers} at once: {one / many:.2f} times; "

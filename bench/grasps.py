@@ -29,9 +29,9 @@ TOUCH, CLEARANCE = 2e-3, 1e-4
 class HandOf:
     """A hand: its file, which joints flex and in which sense, and how a grasp begins.
 
-    root: of a larger robot, the link that the hand begins with.
-    turns: of objects that fit the hand only so, roll, pitch and yaw.
-    finger: of a link's name, which finger it is of; None for the palm."""
+    root: the link of a larger robot with which the hand begins.
+    turns: roll, pitch and yaw of objects that fit the hand only so.
+    finger: a function from the name of a link to its finger; None for the palm."""
 
     def __init__(self, name, urdf, center, flex, open_, spread, finger, root=None, turns=()):
         self.name, self.urdf, self.center, self.finger, self.root, self.turns = name, urdf, center, finger, root, dict(turns)
@@ -68,7 +68,7 @@ pose = {{ xyz = {list(self.center)}, rpy = {list(self.turns.get(title, (0, 0, 0)
         path.write_text(text)
         scene = extricate.Scene.load(path)
         always = scene.disabled([]).always_colliding(200)
-        # Links that overlap by design of the hulls; not with the object.
+        # Pairs of links whose hulls always overlap are disabled, but no pair with the object.
         off = [list(pair) for pair in always if "object" not in pair]
         if off:
             path.write_text(text + f"[pairs]\ndisable = {json.dumps(off)}\n")
@@ -77,7 +77,7 @@ pose = {{ xyz = {list(self.center)}, rpy = {list(self.turns.get(title, (0, 0, 0)
 
 
 def allegro_finger(link):
-    """Four links a finger, numbered one after another."""
+    """Returns the finger of a link: each has four links, numbered one after another."""
     words = link.replace("_tip", "").split("_")
     return int(float(words[-1])) // 4 if words[0] == "link" else None
 
@@ -90,7 +90,7 @@ HANDS = {
     "allegro": HandOf("allegro", "allegro_hand_description/urdf/allegro_right_hand.urdf", (0.09, 0, 0.08),
                       [0, 1, 1, 1] * 3 + [0, 0, 1, 1], [0.0] * 12 + [1.1, 0.5, 0.0, 0.0], [0.15, 0, 0, 0] * 3 + [0.3, 0.3, 0, 0],
                       allegro_finger),
-    # Thumb, middle, index; the thumb closes by negative angles.
+    # The fingers are thumb, middle and index; negative angles close the thumb.
     "dex3": HandOf("dex3", "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", (0.09, 0.06, 0),
                    [0, -1, -1, 1, 1, 1, 1], [0, 0.6, 0, 0, 0, 0, 0], [0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.1],
                    dex3_finger, "right_hand_palm_link", {"box": (np.pi / 2, 0, 0), "torus": (np.pi / 2, 0, 0)}),
@@ -99,7 +99,7 @@ TITLES = {"allegro": "Allegro", "dex3": "Dex3-1 (Unitree G1)"}
 
 
 def objects():
-    """Twelve: six shapes, and six closed meshes, made here."""
+    """Makes twelve objects: six shapes and six closed meshes."""
     shapes = {"ball": "{ sphere = 0.035 }", "small-ball": "{ sphere = 0.025 }", "cylinder": "{ cylinder = [0.03, 0.16] }",
               "rod": "{ cylinder = [0.015, 0.2] }", "box": "{ box = [0.05, 0.14, 0.05] }", "capsule": "{ capsule = [0.028, 0.06] }"}
     meshes = {"torus": torus(0.035, 0.012), "bumps": bumpy(0.035, 0.15, 5), "smooth-bumps": bumpy(0.032, 0.3, 3),
@@ -124,7 +124,7 @@ def bumpy(radius, height, waves, n=48, m=25):
 
 
 def grid_mesh(points, closed_v):
-    """OBJ of a grid that is closed in u, and in v or by its poles; faces outward."""
+    """Returns the OBJ of a grid that is closed in u, and in v or by its poles; faces look outward."""
     n, m = points.shape[:2]
     flat = points.reshape(-1, 3)
     corner = lambda i, j: (i % n) * m + j % m
@@ -140,7 +140,7 @@ def grid_mesh(points, closed_v):
 
 
 def bracket():
-    """An L of 2 cm thickness."""
+    """Returns the OBJ of an L of 2 cm thickness."""
     outline = np.array([(-0.03, -0.03), (0.03, -0.03), (0.03, -0.01), (-0.01, -0.01), (-0.01, 0.03), (-0.03, 0.03)])
     lines = [f"v {x} {y} {z}" for z in (-0.02, 0.02) for x, y in outline]
     k = len(outline)
@@ -180,7 +180,7 @@ class Trial:
         return q
 
     def opened(self, q):
-        """All joints toward open, as far as that is needed."""
+        """Moves all joints toward open, as far as needed."""
         way = lambda t: np.clip(q + t * (self.hand.open - q), self.low, self.high)
         if not self.free(way(1.0)):
             return None
@@ -192,7 +192,7 @@ class Trial:
         return {self.hand.finger(name) for pair in pairs if "object" in pair for name in pair if name != "object"} - {None}
 
     def good(self):
-        """A random grasp of at least three fingers, or None."""
+        """Draws a random grasp of at least three fingers, or None."""
         q = np.clip(self.hand.open + self.hand.spread * self.rng.normal(size=self.scene.nq), self.low, self.high)
         if not self.free(q):
             return None

@@ -28,19 +28,19 @@ DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 PRESS, GAIN, STRONGEST, DAMPING, ARMATURE = 10.0, 3.0, 0.7, 0.2, 1e-3
 MASS, FRICTION, STEP = 0.1, 0.8, 1e-3
 FAR, EVEN, EPSILON = 0.05, 0.1, 0.02
-# Where nothing was released: counts as not held.
+# Result if nothing was released, which counts as not held.
 LOST = {"held": [False] * len(DIRECTIONS), "fastest": np.nan, "deepest": np.nan}
 STATES = ("good", "squeezed", "released")
 
 
 def simulation(hand, shape, robots):
-    """The hand, fixed at its palm, and the object, free. They collide with each other, not with themselves."""
+    """Makes the hand, fixed at its palm, and the free object. Hand and object collide, links of the hand do not."""
     robot = ET.parse(hand.file(BUILD, robots)).getroot()
     for link in robot.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
     spec = mujoco.MjSpec.from_string(ET.tostring(robot, encoding="unicode"))
-    spec.compiler.balanceinertia = True  # Some of its links have inertias that no body has.
+    spec.compiler.balanceinertia = True  # Some links have impossible inertias.
     spec.option.timestep, spec.option.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10
     for geom in spec.geoms:
@@ -74,7 +74,7 @@ def geom_of(spec, shape):
 
 
 def pressing(model, scene, hand, q):
-    """Torques (nq,) of forces at the contacts that balance each other: edges of friction cones, none negative."""
+    """Returns torques (nq,) of contact forces that balance each other: non-negative along edges of friction cones."""
     data, names = mujoco.MjData(model), [joint.name for joint in scene.joints]
     data.qpos[[model.joint(name).qposadr[0] for name in names]] = q
     mujoco.mj_forward(model, data)
@@ -86,7 +86,7 @@ def pressing(model, scene, hand, q):
         first = pair[0] == "object"
         point, inward = contact["points"][0 if first else 1], contact["normal"] * (1 if first else -1)
         jacobian = np.zeros((3, model.nv))
-        # MuJoCo has made one body of links without a joint between them.
+        # MuJoCo merges links without a joint between them into one body.
         mujoco.mj_jac(model, data, jacobian, None, point, model.body(pair[1 if first else 0].replace("_tip", "")).id)
         across = np.linalg.svd(inward[None])[2][1:]
         for angle in np.linspace(0, 2 * np.pi, 8, endpoint=False):
@@ -96,14 +96,14 @@ def pressing(model, scene, hand, q):
     if not wrenches:
         return np.zeros(len(names))
     count = len(wrenches)
-    # Balanced first; then of all contacts about alike, since a pinch of two would let the object turn.
+    # Balance comes first, then equal forces at all contacts, because a pinch of two lets the object rotate.
     system = np.concatenate([np.transpose(wrenches), 0.3 * np.ones((1, count)), EVEN * np.eye(count)])
     shares = nnls(system, np.concatenate([np.zeros(6), [0.3], np.zeros(count)]))[0]
     return PRESS * shares / shares.sum() @ np.array(torques)
 
 
 def held(model, scene, hand, q):
-    """For each direction of gravity whether the object stays; its greatest speed [m/s] in the first 20 ms; penetration at the start [m]."""
+    """Returns for each direction of gravity whether the object stays, its greatest speed in 20 ms [m/s], and the penetration at the start [m]."""
     data, names, press = mujoco.MjData(model), [joint.name for joint in scene.joints], pressing(model, scene, hand, q)
     at = [model.joint(name).qposadr[0] for name in names]
     controls = [model.actuator(name).id for name in names]

@@ -27,7 +27,7 @@ JOINT = "<joint name='{}' type='prismatic'><parent link='{}'/><child link='{}'/>
 
 
 class Obj:
-    """Corners and faces of a mesh."""
+    """Collects the corners and faces of a mesh."""
 
     def __init__(self):
         self.lines, self.count = [], 0
@@ -42,7 +42,7 @@ class Obj:
 
 
 def grid(cells, thick, depth):
-    """A closed shelf of square cells, open in front (y = 0): one surface of squares of a grid of planes, as a union of walls has it."""
+    """Makes a shelf of square cells, open in front (y = 0), as the closed surface of the union of its walls."""
     at = sorted({round(k / cells + side * thick / 2, 9) for k in range(cells + 1) for side in (-1, 1)})
     deep = [0.0, depth - thick, depth]
     solid = {}
@@ -91,7 +91,7 @@ def shelf(cells, rng):
 
 
 def bin_(rng):
-    """Walls of 2 mm around a metre, one closed solid, open above."""
+    """Makes a bin of 1 m with walls of 2 mm: one closed solid, open above."""
     obj, thick = Obj(), 0.002
     outer, inner = ([(x * h, y * h, z) for z in (low, 0.5) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for h, low in ((0.5, -0.5), (0.5 - thick, thick - 0.5)))
     a, b = obj.corners(outer), obj.corners(inner)
@@ -110,7 +110,7 @@ def bin_(rng):
 
 
 def pipe(rng, thick=0.01, sides=48):
-    """A pipe along z; 0 for a surface. The ball overlaps the middle of a stave."""
+    """Makes a pipe along z; a thickness of 0 makes a surface. The ball overlaps the middle of a stave."""
     obj, inner = Obj(), 0.7
     radii = [inner, inner + thick] if thick else [inner]
     rings = [obj.corners([(r * math.cos(2 * math.pi * k / sides), r * math.sin(2 * math.pi * k / sides), z) for k in range(sides)]) for r in radii for z in (-1, 1)]
@@ -121,7 +121,7 @@ def pipe(rng, thick=0.01, sides=48):
             obj.face([rings[2][k], rings[2][m], rings[3][m], rings[3][k]])
             obj.face([rings[0][k], rings[0][m], rings[2][m], rings[2][k]])
             obj.face([rings[3][k], rings[3][m], rings[1][m], rings[1][k]])
-    # Flat staves: nearer than the corners.
+    # Staves are flat, so that their middle is nearer than their corners.
     apothem = inner * math.cos(math.pi / sides)
     places = []
     for _ in range(COUNT):
@@ -145,7 +145,7 @@ def channel(rng):
 
 
 def revolved(profile, sides, closed=True):
-    """A surface of a profile (r, z) turned around z; the profile runs so that its left is the solid."""
+    """Revolves a profile (r, z) around z; the solid lies to the left of the profile."""
     obj = Obj()
     rings = [obj.corners([(r * math.cos(2 * math.pi * k / sides), r * math.sin(2 * math.pi * k / sides), z) for k in range(sides)]) if r else obj.corners([(0.0, 0.0, z)]) for r, z in profile]
     for low, high in zip(rings, rings[1:]):
@@ -157,7 +157,7 @@ def revolved(profile, sides, closed=True):
 
 
 def cup(rng):
-    """A cup of 48 sides with a round bottom, walls of 10 mm."""
+    """Makes a cup of 48 sides with a round bottom and walls of 10 mm."""
     def bowl(r, low):
         return [(r * math.sin(math.pi / 2 * k / 12), low - r * math.cos(math.pi / 2 * k / 12)) for k in range(13)]
 
@@ -177,7 +177,7 @@ def cup(rng):
 
 
 def bend(rng, sides=32, steps=24, major=0.6, inner=0.25, thick=0.01):
-    """A quarter of a bent pipe, open at both ends."""
+    """Makes a pipe bent by a quarter circle, open at both ends."""
     obj, rings = Obj(), []
     for r in (inner + thick, inner):
         rings.append([])
@@ -295,7 +295,7 @@ def way_back(obj, place, outward):
 
 
 def squared(p, a, b, c):
-    """The squared distance of a point and a triangle."""
+    """Returns the squared distance of a point and a triangle."""
     def sub(x, y):
         return (x[0] - y[0], x[1] - y[1], x[2] - y[2])
 
@@ -368,7 +368,7 @@ def arm(folder):
     obj = grid(3, thick / side, depth)
     corners = [placed(*map(float, line.split()[1:])) for line in obj.lines if line.startswith("v")]
     faces = [line for line in obj.lines if line.startswith("f")]
-    # Turned about z: left stays left, so that faces look outward still.
+    # A rotation about z keeps the orientation, so that faces still look outward.
     mesh = [f"v {x!r} {y!r} {z!r}" for x, y, z in corners] + faces
     (folder / "cell" / "shelf.obj").write_text("\n".join(mesh) + "\n")
     head = "clearance = 1e-4\n[[robot]]\nurdf = 'robot/arm.urdf'\npackages = ['.']\n"

@@ -1,4 +1,4 @@
-"""What learning costs against degrees of freedom: planar arms of 2 to 20 joints among six posts, to a fixed quality of queries that may take few checks."""
+"""Cost of learning against degrees of freedom: planar arms of 2 to 20 joints among six posts, up to a fixed quality of queries with few checks."""
 import statistics
 
 import matplotlib.pyplot as plt
@@ -10,11 +10,11 @@ from excess import SLIGHT, asked, depths
 from page import number, save, table
 
 JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
-# What queries of a good model take, and twice and a half as much. Without a limit any model answers, as small ones are searched more widely.
+# Checks that queries of a good model take, and 2.5 times as many. Without a limit, queries make up for a small model by a wider search.
 LIMITS = (20, 50)
-# The share of queries within 5 % of the best known.
+# Share of queries within 5 % of the best known that has to be reached.
 QUALITY = 0.95
-# Doubled until the quality is reached, at most so often; the best known begins with an exhaustive search of the model after so many.
+# Labels are doubled until the quality is reached, at most DOUBLINGS times. After REFERENCE doublings, an exhaustive search gives the best known.
 FIRST_LABELS, DOUBLINGS, REFERENCE = 640, 13, 9
 
 
@@ -47,7 +47,7 @@ def share(depth, best):
 
 
 def fewest(row, limit):
-    """The fewest labels that reach the quality, or none."""
+    """Returns the fewest labels that reach the quality, or None."""
     return next((labels for labels, found in row["found"].items() if found["shares"][limit] >= QUALITY), None)
 
 
@@ -81,7 +81,7 @@ def section(rows, folder):
 
 
 def arm(folder, count):
-    """A planar chain of `count` equal links, 1 m together, that can bend by 8 rad together (each joint at most 2.8), among six posts."""
+    """Makes a planar chain of `count` equal links among six posts. All links are 1 m long together and bend by 8 rad together, each joint by at most 2.8."""
     length, limit = 1 / count, min(2.8, 8 / count)
     links, joints = ['<link name="link0"/>'], []
     for k in range(1, count + 1):

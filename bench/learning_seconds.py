@@ -1,4 +1,4 @@
-"""How good a model is after few seconds on two threads."""
+"""Quality of models that were learned for few seconds on two threads."""
 import numpy as np
 
 import programs
@@ -9,7 +9,7 @@ from sides import others_during
 
 SECONDS = {"panda-box": 10, "ur5-shelf": 60, "allegro-ball": 60, "panda-torus": 60}
 THREADS = 2
-# Of another model, with another seed, that only adds to the best known.
+# Labels of another model, with another seed, that only adds to the best known.
 BESIDE = 1_000_000
 TARGETS = {"verified": 1.0, "within_5": 0.98}
 

@@ -28,7 +28,7 @@ import programs
 from sides import BUILD, ROBOTS, ROOT
 
 FOLDER = BUILD / "meshes"
-# URDF, whether its meshes are the <visual> ones, what obstacles are drawn around and how far it reaches [m].
+# URDF, whether its <visual> meshes are used, the point around which obstacles are drawn, and the reach [m].
 ROBOT = {
     "panda": ("panda_description/urdf/panda.urdf", False, (0, 0, 0.4), 0.85),
     "talos-arm": ("talos_data/robots/talos_left_arm.urdf", False, (0, 0.2, 0.2), 0.9),
@@ -83,7 +83,7 @@ def main():
 
 
 def measured(name, draw, options):
-    """Median time and checks of the queries of one draw, by kind."""
+    """Returns median time and checks of the queries of one draw, by kind."""
     row = {"robot": name, "draw": draw}
     for kind, scene in scenes(name, draw).items():
         asked = scene
@@ -125,7 +125,7 @@ def report(rows, options):
 
 
 def scenes(name, draw):
-    """The scene file of each kind of geometry; written once."""
+    """Writes the scene file of each kind of geometry once, and returns the paths."""
     found = {kind: FOLDER / f"{name}-{draw}-{kind}.toml" for kind in KINDS}
     if all(path.exists() for path in found.values()):
         return found
@@ -144,7 +144,7 @@ def scenes(name, draw):
 
 
 def often_colliding(scene):
-    """Pairs that collide in more than every other of 200 random configurations."""
+    """Returns pairs that collide in more than half of 200 random configurations."""
     drawn = FOLDER / "drawn.jsonl"
     drawn.write_text(programs.extricate("sample", scene, "-n", 200, "--seed", 5))
     counts = collections.Counter()
@@ -168,7 +168,7 @@ def robot(name, kind):
 
 
 def obstacles(name, draw):
-    """Boxes, cylinders and rings; below the trunk of robots with legs."""
+    """Draws boxes, cylinders and rings, below the trunk if the robot has legs."""
     _, _, middle, reach = ROBOT[name]
     rng = random.Random(f"{name}-{draw}")
     text = ""

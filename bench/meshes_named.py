@@ -23,7 +23,7 @@ locked = {{ head_pan = 0, l_gripper_l_finger_joint = 0, l_gripper_r_finger_joint
 PANDA = 'srdf = "{robots}/panda_description/srdf/panda.srdf"\nlocked = {{ panda_finger_joint1 = 0.02 }}\n'
 TABLE = '[[obstacle]]\nname = "table"\nshape = { box = [1.2, 1.6, 0.05] }\npose = { xyz = [0.3, 0, -0.03] }\n'
 BALL = '[[obstacle]]\nname = "ball"\nshape = { sphere = 0.035 }\npose = { xyz = [0.09, 0, 0.05] }\n'
-# Robot, what its entry says besides, what stands around it (`None`: the first drawn scene), and the median aimed at [us].
+# Robot, the rest of its entry, obstacles around it (`None`: those of the first drawn scene), and the target of the median [us].
 NAMED = {
     "a Panda before a ring (panda-torus)": ("panda", PANDA, (0.25, 0.05, 0.45, 0.5, TABLE), 120),
     "an xArm 7 inside a ring (xarm7-ring)": ("xarm7", "", (0.18, 0.06, 0.3, 0.35, ""), 500),
@@ -57,7 +57,7 @@ def main():
 
 
 def measured(title, options):
-    """The row of a scene."""
+    """Measures a scene and returns its row."""
     name, *_, aim = NAMED[title]
     row, medians = [title, page.number(aim)], []
     for kind in KINDS:
@@ -74,7 +74,7 @@ def measured(title, options):
 
 
 def written(title, kind):
-    """The file of a scene with its links as they are, or as hulls."""
+    """Writes the file of a scene with its links as they are, or as hulls."""
     name, entry, around, _ = NAMED[title]
     if around is None:
         return scenes(name, 1)[kind]

@@ -51,7 +51,7 @@ def main():
     data = mujoco.MjData(model)
 
     def depth(qpos):
-        """How far the deepest pair is apart [m]; more than 0 where none touches."""
+        """Returns the signed distance of the deepest pair [m]; more than 0 if none touches."""
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(model, data)
         return min([contact.dist for contact in data.contact[: data.ncon]], default=np.inf)

@@ -1,4 +1,4 @@
-"""Pages under docs/benchmarks that programs write parts of: tables, plots, and the text between two markers."""
+"""Writes parts of pages under docs/benchmarks: tables, plots, and the text between two markers."""
 try:
     import matplotlib
 except ImportError:  # Only pages with plots need it.
@@ -14,12 +14,12 @@ def table(head, rows):
 
 
 def number(x):
-    """Three digits, without exponents."""
+    """Formats a number with three digits, without exponents."""
     return "" if x is None else f"{x:,.0f}" if abs(x) >= 100 else f"{x:.3g}"
 
 
 def put(page, part, text, title):
-    """Replaces what stands between the markers of `part` on `page`; other text stays as it is."""
+    """Replaces the text between the markers of `part` on `page`; other text stays as it is."""
     begin, end = f"<!-- measured: begin ({part}) -->", f"<!-- measured: end ({part}) -->"
     old = page.read_text() if page.exists() else f"# {title}\n"
     if begin not in old:
@@ -31,7 +31,7 @@ def put(page, part, text, title):
 
 
 def save(figure, path):
-    """As SVG without the date and blanks at the ends of lines, so that equal figures are equal files."""
+    """Saves a plot as SVG without the date and trailing blanks, so that equal figures are equal files."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, metadata={"Date": None})
     path.write_text("\n".join(line.rstrip() for line in path.read_text().splitlines()) + "\n")

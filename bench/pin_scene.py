@@ -1,4 +1,4 @@
-"""A scene file as a pinocchio + coal model: what a user of those would build, with the pairs and the clearance of the scene.
+"""Converts a scene file to a pinocchio + coal model, as their users would build it, with the pairs and clearance of the scene.
 
 One robot with a fixed base among obstacles. Coordinates are those of the scene: joints in the order of the URDF."""
 import tomllib
@@ -83,7 +83,7 @@ class PinScene:
         known = set(model.names)
         self.joints = [n for n in order if n in known and self.joint(n).nv == 1]
         joints = [self.joint(n) for n in self.joints]
-        # pinocchio turns continuous joints by cosine and sine.
+        # pinocchio describes continuous joints by cosine and sine.
         self.circle = np.array([j.nq == 2 for j in joints])
         self.iq, self.iv = np.array([j.idx_q for j in joints]), np.array([j.idx_v for j in joints])
         self.low = np.where(self.circle, -np.pi, model.lowerPositionLimit[self.iq])
@@ -94,7 +94,7 @@ class PinScene:
         return self.model.joints[self.model.getJointId(name)]
 
     def locked(self, model, geometry, positions):
-        """Fixes joints; one that mimics a locked joint is where that puts it."""
+        """Fixes joints; one that mimics a locked joint is fixed at the position that follows."""
         for e in ET.parse(self.urdf).getroot().findall("joint"):
             mimic = e.find("mimic")
             if mimic is not None and mimic.get("joint") in positions:
@@ -110,7 +110,7 @@ class PinScene:
         return pin.buildReducedModel(model, geometry, ids, q)
 
     def full(self, q):
-        """Coordinates of the scene as pinocchio wants them."""
+        """Converts coordinates of the scene to those of pinocchio."""
         x = np.zeros(self.model.nq)
         x[self.iq] = q
         for k in np.flatnonzero(self.circle):
@@ -136,11 +136,11 @@ class PinScene:
         return np.where(self.circle, (d + np.pi) % (2 * np.pi) - np.pi, d)
 
     def distance(self, a, b):
-        """The joint metric with unit weights."""
+        """Returns the distance in the joint metric with unit weights."""
         return float(np.linalg.norm(self.delta(a, b)))
 
     def near_distances(self, q, margin):
-        """Signed distances [m] of the pairs nearer than `margin`, and their gradients over the scene's coordinates."""
+        """Returns the signed distances [m] of pairs nearer than `margin`, and their gradients over the scene's coordinates."""
         pin.computeDistances(self.model, self.data, self.geometry, self.geometry_data, self.full(q))
         pin.computeJointJacobians(self.model, self.data, self.full(q))
         distances, gradients = [], []

@@ -1,4 +1,4 @@
-"""Our programs as the benchmarks call them."""
+"""Calls of our programs by the benchmarks."""
 import json
 import resource
 import subprocess
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sides import ROOT
 
-# Where the built programs are; a benchmark may set another folder.
+# Folder of the built programs; a benchmark may set another one.
 folder = ROOT / "target" / "release"
 
 
@@ -27,13 +27,13 @@ def extricate(*words):
 
 
 def sample(scene, count, seed):
-    """Colliding configurations."""
+    """Draws colliding configurations."""
     lines = extricate("sample", scene, "-n", count, "--seed", seed, "--colliding").splitlines()
     return [json.loads(line)["q"] for line in lines]
 
 
 def learn(scene, model, labels, *options, seed=1):
-    """What `learn` reports, with the processor time of all its threads. Without `labels` as many as the options allow."""
+    """Learns a model; returns the report of `learn` with the processor time of all its threads. Without `labels` the options decide."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     budget = [] if labels is None else ["--labels", labels]
     words = ["learn", scene, "-o", model, *budget, "--seed", seed, "--json", *options]
@@ -43,7 +43,7 @@ def learn(scene, model, labels, *options, seed=1):
 
 
 def answers(model, queries, effort="refined", *options):
-    """Answers on one thread, `seconds` in processor time, of a model or of a scene without one. `effort` is a name or the number of starts of `refined`."""
+    """Answers queries on one thread, with a model or a scene; `seconds` is processor time. `effort` is a name or the number of starts of `refined`."""
     part = Path(model).with_suffix(".part")
     part.write_text("".join(json.dumps({"q": list(q)}) + "\n" for q in queries))
     return [json.loads(line) for line in run("extricate-bench", "query", model, part, effort, *options).splitlines()]

@@ -41,7 +41,7 @@ def scenes(patterns):
 
 
 def answers(program, scene, queries, *options):
-    """Rows of `query --json`; those that were not answered have no depth."""
+    """Returns the rows of `query --json`; rows without an answer have no depth."""
     command = [program, "query", scene, "--input", "-", "--json", "--threads", "1", *options]
     run = subprocess.run([str(word) for word in command], input=queries, capture_output=True, text=True, check=True)
     return [row for row in map(json.loads, run.stdout.splitlines()) if row.get("depth", 0) > 0]

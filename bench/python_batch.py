@@ -39,7 +39,7 @@ MOST, LEAST_GAIN = 0.05, 1.8
 
 
 def prepare():
-    """The wheel in an environment of its own, and there once more this program."""
+    """Installs the wheel into an environment of its own, and runs this program again there."""
     subprocess.run(["cargo", "build", "--release", "--quiet", "--locked", "-p", "extricate-bench"], cwd=ROOT, check=True)
     venv.create(HOME / "venv", with_pip=True, clear=True)
     python, wheels = HOME / "venv" / "bin" / "python", HOME / "wheels"
@@ -54,13 +54,13 @@ def prepare():
 
 
 def enter():
-    """Goes on in the environment."""
+    """Restarts this program in the environment."""
     python = HOME / "venv" / "bin" / "python"
     os.execve(python, [str(python), __file__, *sys.argv[1:]], {**os.environ, PREPARED: "1"})
 
 
 class Asked:
-    """Rows of one model, asked on both sides in turns."""
+    """Rows of one model, answered by both sides alternately."""
 
     def __init__(self, model, Q, effort, folder):
         self.model, self.Q, self.effort = model, Q, effort
@@ -90,7 +90,7 @@ class Asked:
         return {**times, "depth": float(answers["depth"].sum())}
 
     def one_by_one(self, first, last, threads):
-        """Wall seconds until each of the threads has asked all of the rows."""
+        """Returns wall seconds until each thread has queried all rows one by one."""
         rows = list(self.Q[first:last])
 
         def ask():
@@ -100,7 +100,7 @@ class Asked:
         return self.by_threads(ask, threads)
 
     def at_once(self, first, last, threads):
-        """The same, where each thread asks them as one batch."""
+        """Returns wall seconds until each thread has queried all rows as one batch."""
         rows = self.Q[first:last]
         return self.by_threads(lambda: self.model.query_batch(rows, effort=self.effort, threads=1), threads)
 
@@ -114,7 +114,7 @@ class Asked:
         return time.perf_counter() - began
 
     def blocks(self, count):
-        """Times of all sides, block by block."""
+        """Measures the times of all sides, block by block."""
         bounds = [len(self.Q) * k // count for k in range(count + 1)]
         sides = {"python": self.python, "rust": lambda *block: self.rust(*block, "1"), "loop": lambda *block: self.rust(*block, "loop")}
         orders = [["loop", "python", "rust"], ["rust", "python", "loop"], ["python", "rust", "loop"], ["loop", "rust", "python"]]
@@ -130,7 +130,7 @@ class Asked:
 
 
 class Others:
-    """What programs other than this one and its twin in Rust, one of which is always at work, do from now on."""
+    """Load of other programs from now on; one core is always busy with this program or its twin in Rust."""
 
     def __init__(self):
         self.began, self.idle = time.perf_counter(), self.idle_seconds()
@@ -139,13 +139,13 @@ class Others:
         return int(open("/proc/stat").readline().split()[4]) / os.sysconf("SC_CLK_TCK")
 
     def share(self):
-        """Of one core."""
+        """Returns the load as a share of one core."""
         elapsed = time.perf_counter() - self.began
         return max(0.0, (os.cpu_count() - 1) * elapsed - (self.idle_seconds() - self.idle)) / elapsed
 
 
 def interval(values):
-    """The median and the values between which it lies with 95 % confidence: ranks by the binomial distribution."""
+    """Returns the median and its 95 % confidence interval, from ranks by the binomial distribution."""
     ordered, n = sorted(values), len(values)
     below, rank = 0.0, 0
     while rank < n // 2 and below + math.comb(n, rank) / 2**n <= 0.025:
@@ -164,14 +164,14 @@ def mark(text, met):
 
 
 def added(name, found, rows):
-    """A line of the table of blocks."""
+    """Makes a line of the table of blocks."""
     from page import number
 
     def over(side, clock):
         return [block["python"][clock] / block[side][clock] - 1 for block in found]
 
     each = 1e6 * sum(block["rust"]["processor"] for block in found) / rows
-    # With 95 % confidence: the upper end of the interval.
+    # The target is met with 95 % confidence: the upper end of the interval is below it.
     met = interval(over("rust", "processor"))[2] < MOST
     others = f"{statistics.median(block['others'] for block in found):.0%}"
     return [name, len(found), number(each), mark(shown(over("rust", "processor"), "+.1%"), met), shown(over("rust", "wall"), "+.1%"),
@@ -187,7 +187,7 @@ BARE = "".join(
 
 
 def batches(options, model, folder):
-    """What Python adds to batches, as text of the page."""
+    """Measures what Python adds to batches, as text of the page."""
     import extricate
 
     from page import number, table
@@ -211,7 +211,7 @@ def batches(options, model, folder):
     times = [f"{side[clock]:.1f}" for clock in ("processor", "wall") for side in whole]
     text.append(f"All {many:,} rows of `nearest` in one call: {times[0]} s of processor time in Rust, {times[1]} in Python; {times[2]} and {times[3]} s by the clock.")
 
-    # Spheres that cannot meet: what an answer costs is nearly nothing.
+    # Spheres that cannot collide, so that an answer costs nearly nothing.
     bare = extricate.Scene(f'<robot name="bare"><link name="rail"/>{BARE}</robot>', disable=[(f"l{a}", f"l{b}") for b in range(7) for a in range(b)])
     with Asked(extricate.learn(bare, labels=100, seed=1), bare.sample(many, seed=7), "nearest", folder) as asked:
         found = asked.blocks(pairs)
@@ -224,7 +224,7 @@ def batches(options, model, folder):
 
 
 def threads(options, model, folder):
-    """What a second thread gives, as text of the page."""
+    """Measures what a second thread gains, as text of the page."""
     from page import number, table
 
     arm, pairs, rows = model.scene, options.pairs, []

@@ -52,7 +52,7 @@ class Bench:
         return programs.sample(scene, self.options.queries, 7)
 
     def figures(self, asked):
-        """Rows of (what, model, queries) to rows of figures, one for each effort."""
+        """Converts rows of (what, model, queries) to rows of figures, one for each effort."""
         answers = {}
         for _ in range(self.options.rounds):
             for k, (_, model, queries) in enumerate(asked):
@@ -88,7 +88,7 @@ class Bench:
 
 
 def boxes(count):
-    """Entries of a scene file: boxes in a shell around the arm, of together the same expected volume whatever their number."""
+    """Draws boxes in a shell around the arm, as entries of a scene file. Their total volume does not depend on their number, in the mean."""
     rng, size, text = random.Random(count), 0.35 / count ** (1 / 3), ""
     for k in range(count):
         x, y, z = 0.0, 0.0, 0.0
@@ -100,17 +100,17 @@ def boxes(count):
 
 
 def exponent(rows, key):
-    """Of the power law that fits best."""
+    """Returns the exponent of the power law that fits best."""
     return float(np.polyfit(np.log([row[key] for row in rows]), np.log([row["us"] for row in rows]), 1)[0])
 
 
 def beside_logarithm(rows, key):
-    """By how much the time of each effort grows from the least to the most, and by how much the logarithm of what it is set against does."""
+    """Says how much the time of each effort grows from the smallest to the largest row, beside the logarithm of `key`."""
     first, last, grown = rows[0], rows[-1], []
     for effort in EFFORTS:
         times = [row["us"] for row in rows if row["effort"] == effort]
         grown.append(f"`{effort}` x {times[-1] / times[0]:.2f}")
-    # One has no logarithm to grow from.
+    # The logarithm of 1 is 0, so that there is no ratio.
     logarithm = f"; their logarithm x {math.log(last[key]) / math.log(first[key]):.2f}" if first[key] > 1 else ""
     return f"From {first[key]:,} to {last[key]:,} {key}: {', '.join(grown)}{logarithm}."
 

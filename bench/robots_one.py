@@ -18,14 +18,14 @@ import numpy as np
 import extricate
 
 CONFIGS = 100
-# Large robots of fine meshes are compared at fewer.
+# Time after which no more configurations are compared, for large robots of fine meshes.
 SECONDS = 30
-# What the iterative algorithms of both sides may be off by [m].
+# Tolerance of the iterative algorithms of both sides [m].
 TOLERANCE = 1e-5
 
 
 def package_folders(urdf, root):
-    """Folders that hold the packages which a URDF names, and those around it."""
+    """Returns the folders of the packages that a URDF names, and those that it lies in."""
     text = urdf.read_text(errors="replace")
     names = set(re.findall(r"(?:package|model):/*([^/\"']+)/", text))
     found = list(urdf.parents[: len(urdf.relative_to(root).parts)])
@@ -46,7 +46,7 @@ def theirs(urdf, packages):
 
 
 def ours(urdf, packages):
-    """The scene, or None for a robot in which nothing moves, which is an obstacle."""
+    """Loads the scene; None for a robot without moving joints, which counts as an obstacle."""
     try:
         return extricate.Scene(extricate.Robot(urdf, packages=packages))
     except ValueError as error:
@@ -63,12 +63,12 @@ def ours(urdf, packages):
 
 
 class Positions:
-    """Configurations of extricate as pinocchio has them: joints by name, followers where they follow."""
+    """Converts configurations of extricate to those of pinocchio: joints by name, with mimic joints where they follow."""
 
     def __init__(self, urdf, scene, model):
         self.scene, self.model = scene, model
         self.mimic = {}
-        # Prefixes that nobody declares are no XML to this parser.
+        # This parser refuses undeclared XML prefixes.
         text = re.sub(r"(</?)\w+:", r"\1", re.sub(r"\s\w+:(\w+\s*=)", r" _\1", urdf.read_text(errors="replace")))
         joints = ET.fromstring(re.sub(r"^\s*<\?xml[^>]*>", "", text)).findall("joint")
         names = {joint.get("name") for joint in joints}
@@ -105,7 +105,7 @@ class Positions:
 
 
 def winding(triangles, point):
-    """How often closed triangles (n, 3, 3) wind around a point (van Oosterom and Strackee 1983)."""
+    """Returns the winding number of closed triangles (n, 3, 3) around a point (van Oosterom and Strackee 1983)."""
     a, b, c = (triangles[:, k] - point for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     top = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -115,7 +115,7 @@ def winding(triangles, point):
 
 
 def is_inside(first, second):
-    """Whether a corner of the one is within the other, where that is a mesh; (geometry, placement) each."""
+    """Whether a corner of one is inside the other, if that is a mesh; each is (geometry, placement)."""
     import coal
 
     for (outer, outer_at), (inner, inner_at) in ((first, second), (second, first)):
@@ -138,7 +138,7 @@ def area(vertices, triangles):
 
 
 def is_misread(part):
-    """Whether coal's mesh of a file has not the area that trimesh finds: of files with several meshes it mixes up indices."""
+    """Whether the areas of a file's mesh in coal and trimesh differ: coal mixes up indices in files with several meshes."""
     import coal
     import trimesh
 
@@ -165,7 +165,7 @@ class Judge:
             self.of_link.setdefault(model.frames[part.parentFrame].name, []).append(number)
 
     def parts(self, a, b):
-        """Shapes and poses of the one link and of the other, each with each."""
+        """Yields all pairs of shapes, with poses, of two links."""
         import coal
 
         def placed(k):

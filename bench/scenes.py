@@ -7,7 +7,7 @@ from programs import extricate
 from sides import BUILD, ROBOTS
 
 FOLDER = BUILD / "scenes"
-# Built-in scenes that the peers can be given: one robot with a fixed base, no joint that follows another, the joint metric.
+# Built-in scenes that the peers support: one robot with a fixed base, no mimic joints, the joint metric.
 BUILT_IN = ["planar-arm", "shelf-arm"]
 
 PANDA = """clearance = 1e-4
@@ -56,7 +56,7 @@ def written():
 
 
 def built_in(name):
-    """The file of a built-in scene, exported anew."""
+    """Exports a built-in scene again and returns its file."""
     folder = FOLDER / name
     shutil.rmtree(folder, ignore_errors=True)
     extricate("demo", "--scene", name, "--export", folder)
@@ -68,7 +68,7 @@ def obstacle(name, shape, xyz, rpy=(0, 0, 0)):
 
 
 def shelf():
-    """A table under the arm and a shelf of three boards before it [m]."""
+    """Returns a table under the arm and a shelf of three boards before it [m]."""
     middle, wide, deep, thick = 0.62, 0.8, 0.35, 0.03
     parts = [("table", [1.6, 1.6, 0.05], [0, 0, -0.06]), ("back", [thick, wide + thick, 0.9], [middle + deep / 2 + thick / 2, 0, 0.45])]
     parts += [(f"side_{k}", [deep, thick, 0.9], [middle, y, 0.45]) for k, y in enumerate((-wide / 2, wide / 2))]
@@ -77,7 +77,7 @@ def shelf():
 
 
 def torus(path, major, minor, around=64, across=24):
-    """A closed triangle mesh of a ring in the plane z = 0, as binary STL [m]."""
+    """Returns a closed mesh of a ring in the plane z = 0, as binary STL [m]."""
     u, v = (np.arange(n) * 2 * np.pi / n for n in (around, across))
     radius = major + minor * np.cos(v)
     grid = np.stack([np.outer(np.cos(u), radius), np.outer(np.sin(u), radius), np.broadcast_to(minor * np.sin(v), (around, across))], axis=-1)

@@ -46,7 +46,7 @@ def arguments():
 
 
 def programs_of(words):
-    """Name and folder of every program; the first one is the one that the other benchmarks call too."""
+    """Returns name and folder of every program; the other benchmarks use the first one too."""
     if not words:
         programs.build()
         return {"extricate": pathlib.Path(programs.folder)}
@@ -63,7 +63,7 @@ def programs_of(words):
 
 
 def chosen(options):
-    """Files of the scenes that were asked for, by name."""
+    """Returns the files of the requested scenes, by name."""
     known = cells.scenes(options.cache / "scenes", numbers(options.draws), options.robots)
     found = {name: path for name, path in known.items() if any(fnmatch.fnmatchcase(name, pattern) for pattern in options.scenes)}
     for pattern in options.scenes:
@@ -73,7 +73,7 @@ def chosen(options):
 
 
 def command():
-    """What reproduces this run; where folders are on this machine is left out."""
+    """Returns the command that reproduces this run, without the folders of this machine."""
     named = ("--program", "--cache", "--robots")
     words = [word.split("=")[0] + "=DIR" if before == "--program" else "DIR" if before in named else word for before, word in zip(["", *sys.argv[1:]], sys.argv[1:])]
     return f"python bench/search.py {shlex.join(words)}"

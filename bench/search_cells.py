@@ -13,13 +13,13 @@ import scenes as named
 BUILT_IN = ("planar-arm", "shelf-arm", "free-box", "dual-arm", "hand", "four-legs")
 
 
-# In place of a number of labels: the scene alone is asked; or a model of its robots alone, of few labels.
+# Words in place of a number of labels: no model, or a model of the robots alone with few labels.
 NO_MODEL, ROBOT_ALONE, LABELS_ALONE = "none", "robot", 2000
 
 
 @dataclasses.dataclass(frozen=True)
 class Cell:
-    """A model and what it is asked."""
+    """A model and its queries."""
     name: str
     scene: pathlib.Path
     queries: pathlib.Path
@@ -30,7 +30,7 @@ class Cell:
 
 
 def scenes(folder, draws, robots):
-    """The file of every scene by name: built-in, of bench/scenes.py, and drawn."""
+    """Returns the file of every scene by name: built-in, of bench/scenes.py, and drawn."""
     found = {name: named.built_in(name) for name in BUILT_IN}
     if robots:
         found |= named.written()
@@ -46,7 +46,7 @@ def scenes(folder, draws, robots):
 
 
 def queries(cache, scene, count, seed):
-    """A file of random colliding configurations."""
+    """Returns a file of random colliding configurations."""
     path = cache / "queries" / f"{scene.stem}-{key(scene_key(scene), count, seed)}.jsonl"
     if not path.exists():
         write(path, "".join(json.dumps({"q": q}) + "\n" for q in programs.sample(scene, count, seed)))
@@ -54,7 +54,7 @@ def queries(cache, scene, count, seed):
 
 
 def answers(cache, cell, efforts, keep):
-    """Answers by effort; the model is learned where one is missing."""
+    """Returns answers by effort; learns the model if an answer is missing."""
     model_key = key(scene_key(cell.scene), programs_key(cell.folder), cell.labels, cell.seed)
     model = cache / "models" / f"{cell.name}-{model_key}.model"
     asked = file_key(cell.queries)
@@ -75,7 +75,7 @@ def answers(cache, cell, efforts, keep):
 
 
 def earlier(cache, asked):
-    """Depths of all answers in the cache to the queries of each scene, whatever program gave them."""
+    """Returns the depths of all cached answers to the queries of each scene, from any program."""
     found = {}
     for name, path in asked.items():
         files = sorted(answers_folder(cache, path).glob("*.jsonl"))
@@ -98,14 +98,14 @@ def learn(cell, model):
 
 
 def alone(scene):
-    """The robots of a scene without its obstacles, beside it, so that paths still hold."""
+    """Writes the robots of a scene without its obstacles, beside it, so that paths stay valid."""
     path = scene.with_name(f"{scene.stem}-alone.toml")
     path.write_text(re.sub(r"(?ms)^\[\[obstacle\]\].*?(?=^\[|\Z)", "", scene.read_text()))
     return path
 
 
 def run(folder, program, *words):
-    """As `programs.run`, with a program of any folder."""
+    """Does what `programs.run` does, with a program of any folder."""
     done = subprocess.run([str(folder / program), *map(str, words)], capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{folder / program} {' '.join(map(str, words))}: {done.stderr.strip()}")
@@ -117,7 +117,7 @@ def rows(path):
 
 
 def write(path, text):
-    """A file that is there is whole."""
+    """Writes a file and renames it at the end, so that an existing file is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
     part.write_text(text)
@@ -125,7 +125,7 @@ def write(path, text):
 
 
 def scene_key(scene):
-    """Of the scene file and of the robots and meshes that it names beside it; fetched robots count by their paths."""
+    """Hashes the scene file and the robots and meshes beside it; fetched robots count by their paths."""
     text = scene.read_text()
     words = [text]
     for path in re.findall(r'(?:urdf|mesh) = "([^"]+)"', text):

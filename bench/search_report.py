@@ -1,4 +1,4 @@
-"""What answers of bench/search.py miss, beside the best known: its table and its text."""
+"""Table and text of bench/search.py: how often answers miss the best known."""
 import json
 import pathlib
 
@@ -7,15 +7,15 @@ import numpy as np
 from excess import wilson
 from page import number, table
 
-# Depths this near to the best known count as equal to it [rad or m]: the clearance is a tenth of a millimetre and descents end within less.
+# Depths this near to the best known count as equal to it [rad or m]: less than the clearance of 0.1 mm, and more than descents end off.
 SAME = 1e-5
-# How far from the middle of its wall a cart is free: half the wall, half the cart and the clearance [m].
+# Distance from the middle of its wall at which a cart is free: half the wall, half the cart and the clearance [m].
 CART = 0.5 + 0.1 + 1e-4
 COLUMNS = ["scene", "program", "labels", "effort", "answers", "more than 5 % off", "interval", "more than 1 % off", "checks, mean", "checks, median", "time, median [us]"]
 
 
 def best_known(name, queries, depths):
-    """The least depth of each query; of carts the closed form."""
+    """Returns the least depth of each query; for carts, the closed form."""
     if name.startswith("carts-"):
         q = np.array([json.loads(line)["q"] for line in pathlib.Path(queries).read_text().splitlines()])
         best = np.sqrt((np.maximum(0, CART - np.abs(q)) ** 2).sum(axis=1))
@@ -32,7 +32,7 @@ def missed(depths, best, share):
 
 
 def tables(answers, queries, earlier):
-    """Rows of the table, one a scene, program, number of labels and effort: the seeds of learning are one sample."""
+    """Makes the table, one row per scene, program, number of labels and effort; the seeds of learning are pooled."""
     groups, found = {}, []
     for cell, by_effort in answers.items():
         for effort, given in by_effort.items():
@@ -61,7 +61,7 @@ def labels(word):
 
 
 def together(rows):
-    """Of all scenes with equal weight: a row a program, number of labels and effort."""
+    """Averages all scenes with equal weight, to one row per program, number of labels and effort."""
     groups = {}
     for row in rows:
         groups.setdefault((row["program"], row["labels"], row["effort"]), []).append(row)
@@ -84,7 +84,7 @@ def line(row):
 
 
 def section(answers, queries, earlier, options, command):
-    """The text of the page."""
+    """Makes the text of the page."""
     rows = tables(answers, queries, earlier)
     body = table(COLUMNS, [line(row) for row in [*together(rows), *rows]])
     unverified = sum(not row["verified"] for row in rows)
@@ -93,7 +93,7 @@ def section(answers, queries, earlier, options, command):
         f"**Rows with an answer that is not verified: {unverified}; with a bound above its depth: {above}.**"
     seeds = len(options.seeds.split(","))
     alone = len(answers) == len(queries) and not all(name.startswith("carts-") for name in queries)
-    # What a model does not hold, none of its efforts finds: both miss it alike, and nothing tells.
+    # With one model only, no effort finds exits that the model lacks, so that the best known lacks them too.
     warned = " **One model of each scene: ways out that it lacks are missed by all its answers and count as none; learn with other seeds and labels.**" if alone else ""
     told = f"{options.queries} random colliding configurations of each scene; models of {seeds} seed{'s' * (seeds > 1)}. An answer is missed where it is farther than the best " \
            "known by more than the share told. Best known is the least depth that any program, model and effort found; of carts it is the closed form. " \

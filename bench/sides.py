@@ -1,4 +1,4 @@
-"""The programs that take part: ours and the peers, each a process that answers commands with JSON lines."""
+"""Our program and its peers, each a process that answers commands with JSON lines."""
 import json
 import os
 import platform
@@ -13,7 +13,7 @@ ROBOTS = ROOT / "robots" / "example-robot-data" / "robots"
 
 
 class Side:
-    """A process with one command a line on its standard input and one answer a line on its output."""
+    """A process that reads one command per line and answers each with one line."""
 
     def __init__(self, command, **environment):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -36,13 +36,13 @@ class Side:
 
 
 def ours_command():
-    """Builds our side and says how it is started."""
+    """Builds our side and returns the command that starts it."""
     subprocess.run(["cargo", "build", "--release", "-p", "extricate-bench"], cwd=ROOT, check=True)
     return [str(ROOT / "target" / "release" / "extricate-bench"), "serve"]
 
 
 def peer_commands():
-    """Compiles the drivers of coal and fcl; a peer that is not installed is told and left out."""
+    """Compiles the drivers of coal and fcl; reports and leaves out a peer that is not installed."""
     BUILD.mkdir(parents=True, exist_ok=True)
     flags = {"fcl": ["-lfcl", "-lccd"]}
     prefix = coal_prefix()
@@ -63,7 +63,7 @@ def peer_commands():
 
 
 def coal_prefix():
-    """Where pip put coal's library and headers."""
+    """Returns the folder in which pip put coal's library and headers."""
     try:
         import coal
     except ImportError:
@@ -72,7 +72,7 @@ def coal_prefix():
 
 
 def machine():
-    """The machine, without a name: cores and the widest vector instructions."""
+    """Describes the machine without its name: cores and the widest vector instructions."""
     try:
         flags = next(l for l in open("/proc/cpuinfo") if l.startswith(("flags", "Features"))).split()
     except (OSError, StopIteration):
@@ -82,7 +82,7 @@ def machine():
 
 
 class others_during:
-    """What other programs take of the machine while the block runs."""
+    """Measures the load of other programs while the block runs."""
 
     def __enter__(self):
         self.busy, self.began = busy_seconds(), time.perf_counter()
@@ -92,11 +92,11 @@ class others_during:
         self.busy, self.wall = busy_seconds() - self.busy, time.perf_counter() - self.began
 
     def cores(self, ours):
-        """In the mean, where `ours` are the processor seconds that the block took itself."""
+        """Returns the mean load in cores; `ours` are the processor seconds of the block itself."""
         return max(0.0, (self.busy - ours) / self.wall)
 
 
 def busy_seconds():
-    """Processor seconds that the machine has spent on anything so far."""
+    """Returns the processor seconds that the machine has been busy so far."""
     user, nice, system = (int(word) for word in open("/proc/stat").readline().split()[1:4])
     return (user + nice + system) / 100

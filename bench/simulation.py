@@ -29,7 +29,7 @@ DEEP = 0.02
 
 
 def chain(links, length, radius, axis):
-    """An arm of capsules, one hinge each, axes in turn."""
+    """Makes an arm of capsules with one hinge each, whose axes alternate."""
     text, close = "", ""
     for k in range(links):
         turn = axis[k % len(axis)]
@@ -59,7 +59,7 @@ MODELS = {
 
 
 def energy(mujoco, mj, states, steps=500):
-    """Largest kinetic energy [J] within half a second from rest."""
+    """Returns the largest kinetic energy [J] within half a second from rest."""
     data, found = mujoco.MjData(mj), []
     mj.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     for qpos in states:
@@ -94,7 +94,7 @@ def resets(count):
 
 
 def frames(scene, count, seed=5):
-    """Straight segments between free configurations through what collides, in frames of 4 mrad."""
+    """Makes frames of 4 mrad along straight segments between free configurations that pass through obstacles."""
     free = scene.sample(40 * count, seed=seed, colliding=False)
     paths = []
     for a, b in zip(free[::2], free[1::2]):
@@ -145,7 +145,7 @@ def walk(scene, path, side, row):
 
 
 def long(seconds):
-    """Continuous streams alone, for `seconds` shared evenly by the scenes."""
+    """Runs continuous streams alone, for `seconds` shared evenly by the scenes."""
     rows = []
     for name in SCENES:
         scene, began, seed = extricate.Scene.builtin(name), time.monotonic(), 100
@@ -161,7 +161,7 @@ def long(seconds):
 
 
 def followed(scene, path, row):
-    """One path, whose moves are judged at the end, all at once."""
+    """Follows one path; its moves are judged together at the end."""
     stream, asked = scene.stream(continuous=True), []
     for q in path:
         began = time.thread_time()

@@ -24,7 +24,7 @@ import scenes
 from page import number, put, table
 from sides import ROOT, machine
 
-# What was aimed at: times faster, and the relative difference of the dual objectives.
+# Targets: the speedup, and the relative difference of the dual objectives.
 FASTER, DIFFERENCE = 5.0, 1e-3
 
 
@@ -42,7 +42,7 @@ def theirs(found, folder):
     cpu, started = time.process_time(), time.perf_counter()
     svc.fit(rows, labels)
     seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
-    # sum alpha - 1/2 beta' K beta, in blocks of rows.
+    # The dual objective is sum alpha - 1/2 beta' K beta, computed in blocks of rows.
     beta, support = svc.dual_coef_[0], svc.support_vectors_
     squares, quadratic = (support**2).sum(1), 0.0
     for i in range(0, len(support), 2000):

@@ -8,11 +8,11 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-target/extricate.wasm.gz}
 target=wasm32-unknown-unknown
-# Most bytes of the gzipped file: what a page carries, a third more in base64.
+# Most bytes of the gzipped file; a page carries it in base64, which adds a third.
 most=900000
 
 rustup target list --installed | grep -qx "$target" || rustup target add "$target"
-# No random numbers of the system are asked for: every sampler has a seed. All browsers of today have 128-bit vectors.
+# The library needs no random numbers of the system, because every sampler has a seed. All current browsers have 128-bit vectors.
 export RUSTFLAGS='--cfg getrandom_backend="unsupported" -C target-feature=+simd128'
 cargo build --locked --package extricate-wasm --lib --profile wasm --target "$target"
 built=${CARGO_TARGET_DIR:-target}/$target/wasm/extricate_wasm.wasm

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 out=${1:-target/wheels}
 tools=$PWD/target/wheel-tools
 manifest=crates/extricate-python/Cargo.toml
-# Longest that an installation into an empty environment may take [s], with all that it needs in a folder.
+# Most seconds of an installation into an empty environment, with all that it needs in a folder.
 most=10
 mkdir -p "$out"
 rm -f "$out"/*.whl "$out"/*.tar.gz
@@ -27,7 +27,7 @@ twine check --strict "$out"/*
 
 for wheel in "$out"/*.whl; do
     shown=$(auditwheel show "$wheel" | tr '\n' ' ')
-    # Other tags are named too where older systems would do: the first is what the wheel is good for.
+    # A wheel that also runs on older systems names their tags too; the first one counts.
     tag=$(grep -o '"manylinux[^"]*"' <<<"$shown" | head -n 1)
     case $tag in
         '"manylinux_2_17_'*) echo "$(basename "$wheel"): $tag" ;;

@@ -25,7 +25,7 @@ if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${missing[@]}" >"$work/apt.log"
 fi
 
-# What the tests have built is taken, as with the program: on its own it would be built anew, with other features of its dependencies.
+# The build of the tests is used, as for the program: a build of this package alone would have other features of its dependencies.
 built=${CARGO_TARGET_DIR:-target}/debug
 if [ -e "$built/deps/libextricate_c.so" ]; then built=$built/deps; fi
 if [ ! -e "$built/libextricate_c.so" ]; then cargo build --quiet --locked --package extricate-c; fi

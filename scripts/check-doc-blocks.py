@@ -35,7 +35,7 @@ FENCE = re.compile(r"^(\s*)(`{3,})\s*(.*?)\s*$")
 TITLE = re.compile(r'title="([^"]+)"')
 SECONDS = 600
 
-# What PYTHON runs: the steps of a page, from standard input.
+# The program that PYTHON runs; it reads the steps of a page from standard input.
 RUNNER = r"""
 import contextlib, io, json, subprocess, sys, traceback
 namespace = {"__name__": "__main__"}
@@ -61,7 +61,7 @@ for step in json.load(sys.stdin):
 
 
 def steps(page: str, text: str) -> list[dict[str, Any]]:
-    """What a page does, in order."""
+    """Returns the steps of a page, in order."""
     found: list[dict[str, Any]] = []
     lines = text.splitlines()
     at, last = 0, ""
@@ -92,7 +92,7 @@ def steps(page: str, text: str) -> list[dict[str, Any]]:
 
 
 def commands(body: list[str]) -> list[tuple[int, str]]:
-    """The lines that run `extricate`, with those that continue them."""
+    """Returns the lines that run `extricate`, with those that continue them."""
     found, at = [], 0
     while at < len(body):
         begin, line = at, body[at]
@@ -110,7 +110,7 @@ def pages() -> list[Path]:
 
 
 def wanted(page: Path, program: str, python: str) -> list[dict[str, Any]]:
-    """The steps of a page that can be run."""
+    """Returns the steps of a page that can be run."""
     name = str(page.relative_to(ROOT)) if page.is_relative_to(ROOT) else str(page)
     with_program = program != "-" and (name == "README.md" or "tutorials/" in name or not page.is_relative_to(ROOT))
     kinds = {"file"} | ({"sh"} if with_program else set()) | ({"python"} if python != "-" else set())
@@ -119,14 +119,14 @@ def wanted(page: Path, program: str, python: str) -> list[dict[str, Any]]:
 
 
 def run(page: Path, program: str, python: str) -> tuple[int, int]:
-    """Runs a page. How many steps it has, and its exit status."""
+    """Runs a page; returns the number of its steps, and the exit status."""
     todo = wanted(page, program, python)
     if not todo:
         return 0, 0
     with tempfile.TemporaryDirectory() as folder:
         environment = dict(os.environ)
         if program != "-":
-            # By its name alone, wherever it is.
+            # Pages call the program by its name alone.
             (Path(folder) / ".bin").mkdir()
             (Path(folder) / ".bin/extricate").symlink_to(Path(program).resolve())
             environment["PATH"] = f"{folder}/.bin{os.pathsep}{environment['PATH']}"
@@ -152,7 +152,7 @@ def check(chosen: list[Path], program: str, python: str) -> int:
 
 
 def self_test() -> int:
-    """Pages with known steps, and pages that have to fail."""
+    """Tests pages with known steps, and pages that have to fail."""
     page = "\n".join(['```toml title="a.toml"', "x = 1", "```", "", "```python", "y = open('a.toml').read()", "```", NOT_RUN, "", "```python", "1 / 0", "```",
                       "```sh", "pip install x", "extricate --version |", "  cat", "echo a | extricate info - \\", "    --json", "```", "```python", "assert y == 'x = 1\\n'", "```", "```text", "extricate", "```"])
     kinds = [(step["kind"], step["line"]) for step in steps("p", page)]

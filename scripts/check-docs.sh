@@ -23,7 +23,7 @@ fi
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$(realpath -m "$site")"
 "$python" scripts/check-links.py README.md CONTRIBUTING.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
 
-# Readable offline: nothing that a page loads comes from elsewhere. (Links that people follow may lead anywhere.)
+# Pages are readable offline: they load nothing from elsewhere. (Links that people follow may lead anywhere.)
 if grep -rnoE --include='*.html' '<(script|img|iframe|link rel="(stylesheet|preconnect|icon)")[^>]* (src|href)="(https?:)?//[^"]*"' "$site"; then
     echo "pages load something from elsewhere" >&2
     exit 1

@@ -11,6 +11,6 @@ trap 'rm -rf "$venv"' EXIT
 "${EXTRICATE_PYTHON:-python3}" -m venv "$venv"
 "$venv/bin/pip" install --quiet --disable-pip-version-check --find-links "$wheels" --pre "extricate[ray]" pytest
 "$venv/bin/python" -m pytest --quiet crates/extricate-python/tests/test_fleet.py | tee "$venv/said"
-# Without Ray its test would be left out.
+# Without Ray, its test would be skipped.
 if grep -q skipped "$venv/said"; then echo "a test was left out" >&2; exit 1; fi
 "$venv/bin/python" bench/fleet.py

@@ -38,7 +38,7 @@ world() {
       "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}}' "$1" >world.json
 }
 
-# What there is to replace.
+# Existing files, which the commands replace.
 learn -o full/a.model --seed 1 2>/dev/null
 world 1
 "$program" import world.json -o full/world.toml >/dev/null
@@ -82,14 +82,14 @@ fails() {
 }
 
 checked=0
-# No room, and room for a part; a page is the least that a tmpfs gives.
+# No space, and space for a part; a page is the smallest unit of a tmpfs.
 for room in 0 4096 8192; do
     fails "$room" full/a.model "$program" learn "$scene" -o full/a.model --labels 20000
     fails "$room" full/new.model "$program" learn "$scene" -o full/new.model --labels 20000
     fails "$room" full/there "$program" demo --scene shelf-arm --export full/there
 done
 fails 0 full/world-meshes/tray.obj "$program" import world.json -o full/world.toml
-# Room for the mesh alone: the old one stays, since it belongs to the old scene.
+# Space for the mesh alone: the old one stays, since it belongs to the old scene.
 fails 4096 full/world.toml "$program" import world.json -o full/world.toml
 fails 0 full/kept "$program" plan "$scene" --from 1.9,0,0 --to -1.9,0,0.1 --roadmap full/kept
 fails 0 full/view.html "$program" view "$scene" -n 1 -o full/view.html
@@ -108,7 +108,7 @@ grep -q "cannot write full/grasps.jsonl.part: No space left on device" told || {
 [ -s full/grasps.jsonl.part ] && [ "$before" = "$(sha256sum full/grasps.jsonl)" ]
 checked=$((checked + 1))
 
-# With room again, all goes on.
+# With enough space again, all commands succeed.
 rm full/filling
 grasp grasps.jsonl --resume >/dev/null 2>&1 || true
 [ "$(wc -l <full/grasps.jsonl)" = 40 ] && [ ! -e full/grasps.jsonl.part ]

@@ -12,7 +12,7 @@ target="${CARGO_TARGET_DIR:-$PWD/target}"
 export CARGO_TARGET_DIR="$target"
 
 cargo run --quiet --release --locked --manifest-path ../Cargo.toml -p extricate-fuzz -- corpus corpus
-# What `cargo fuzz` passes, without the address sanitizer, which needs a nightly toolchain.
+# The flags of `cargo fuzz`, without the address sanitizer, which needs a nightly toolchain.
 export RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares"

@@ -14,13 +14,13 @@ LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)")
 
 
 def without_code(text: str) -> str:
-    """The same lines, with code left blank."""
+    """Returns the same lines, with code left blank."""
     text = re.sub(r"^\s*(`{3,}).*?^\s*\1\s*$", lambda block: "\n" * block[0].count("\n"), text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"`[^`\n]*`", "``", text)
 
 
 def anchors(page: Path) -> set[str]:
-    """The anchors of the headings of a page, as they are made of them."""
+    """Returns the anchors of the headings of a page."""
     found: set[str] = set()
     text = re.sub(r"^\s*(`{3,}).*?^\s*\1\s*$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for heading in re.findall(r"^#+\s+(.*?)\s*#*$", text, re.MULTILINE):

@@ -22,7 +22,7 @@ live() {
 
 c() {
     step "C and C++: installed, under sanitizers and valgrind, with OMPL"
-    # As where CI is set, what is missing is installed.
+    # With CI set, missing programs are installed.
     CI=1 EXTRICATE_VALGRIND=1 scripts/check-c.sh
 }
 

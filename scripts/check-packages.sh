@@ -16,7 +16,7 @@ echo "crates"
 verify=(--no-verify)
 if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then verify=(); fi
 crates=(--package extricate --package extricate-view --package extricate-cli --package extricate-c)
-# Of a working tree that was not committed, too.
+# This also packs a working tree that was not committed.
 cargo publish --dry-run --locked --allow-dirty "${verify[@]}" "${crates[@]}" 2>&1 | tee "$work/crates.log" | grep -vE "^ *(Packaging|Packaged|Updating|Verifying|Uploading|Downloaded|Downloading|Compiling|Finished)" | tee "$work/warnings.log" || true
 if grep -vE "aborting upload due to dry run" "$work/warnings.log" | grep -E "^(warning|error)"; then
     echo "cargo publish has something to say" >&2
@@ -34,7 +34,7 @@ echo "sdist"
 "$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" twine cffconvert
 "$work/tools/bin/maturin" sdist --manifest-path crates/extricate-python/Cargo.toml --out "$work/dist" >"$work/sdist.log" 2>&1 || { cat "$work/sdist.log" >&2; exit 1; }
-# Metadata without a wheel: check-python.sh builds one, and looks for its licences.
+# Metadata is checked without a wheel; check-python.sh builds one, and checks its licences.
 "$work/tools/bin/twine" check --strict "$work"/dist/*
 "$python" - "$work"/dist/*.tar.gz <<'PY'
 import sys, tarfile
@@ -50,7 +50,7 @@ PY
 if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then
     echo "sdist, installed from source"
     "$python" -m venv "$work/source"
-    # Of pip and all that it starts; the computer may be busy with other things.
+    # The processor time is that of pip and all that it starts, because the computer may be busy with other programs.
     TIMEFORMAT="%R %U %S"
     { time env -u CARGO_TARGET_DIR "$work/source/bin/pip" install --quiet --disable-pip-version-check "$work"/dist/*.tar.gz >"$work/source.log" 2>&1; } 2>"$work/times" ||
         { cat "$work/source.log" >&2; exit 1; }

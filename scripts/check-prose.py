@@ -27,7 +27,7 @@ MOST_MEAN, MOST_P90, MOST_PARAGRAPH = 17.0, 28, 90
 MEASURED = ["README.md", "docs/index.md", "docs/tutorials", "docs/how-to", "docs/concepts"]
 SPELLED = [*MEASURED, "docs/reference"]
 
-# What is retired, and what is said instead.
+# Retired words, and the words to use instead.
 RETIRED = {
     r"ways? out": "exit",
     r"straight way": "straight segment",
@@ -40,9 +40,9 @@ RETIRED = {
     r"asked": "queried",
     r"told": "reported",
     r"lean": "finding exits only",
-    # As a noun for multistart; "a column that turns", "turns up" and "full turns" are other words.
+    # Retired as a noun for multistart; "a column that turns", "turns up" and "full turns" are other words.
     r"in turns|takes? turns|taking turns|turns of (?:starts|descents)|(?:several|many|more|few|fewer|all|\d+) turns": "one after another",
-    # As a noun for the classifier of a pair; a computer is a machine.
+    # Retired as a noun for the classifier of a pair; a computer is a machine.
     r"(?:all|pairs?|pairs?'s?) machines?|(?<!vector )machines? (?:of|for) (?:a|all|each|every|the|one) pairs?|machines? a pair": "classifier",
 }
 RETIRED_PATTERN = re.compile("|".join(rf"(?P<w{at}>\b(?:{word})\b)" for at, word in enumerate(RETIRED)), re.IGNORECASE)
@@ -62,7 +62,7 @@ class Block(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """What was measured of a page."""
+    """Measured figures of a page."""
 
     sentences: list[int]
     longest: int
@@ -74,13 +74,13 @@ class Figures(NamedTuple):
 
     @property
     def p90(self) -> int:
-        """The least length that nine of ten sentences do not exceed."""
+        """Returns the least length that nine of ten sentences do not exceed."""
         ordered = sorted(self.sentences)
         return ordered[math.ceil(0.9 * len(ordered)) - 1] if ordered else 0
 
 
 def blocks(text: str) -> Iterable[Block]:
-    """The paragraphs and list items of a page, in order."""
+    """Returns the paragraphs and list items of a page, in order."""
     lines = text.splitlines()
     gathered: list[str] = []
     start = 0
@@ -120,7 +120,7 @@ def blocks(text: str) -> Iterable[Block]:
         if stripped.startswith(("#", "|", "<", "!!!", "???", "===")) or re.fullmatch(r"[-=*_ ]{3,}", stripped):
             yield from flush()
         elif is_indented and blank_before and not item:
-            pass  # a block of code without a fence
+            pass  # This is a block of code without a fence.
         elif is_indented and not gathered and not item:
             pass
         else:
@@ -138,7 +138,7 @@ def blocks(text: str) -> Iterable[Block]:
 
 
 def plain(text: str) -> str:
-    """Prose alone: inline code as one word, links as their text, no marks."""
+    """Reduces a block to prose: inline code as one word, links as their text, no marks."""
     text = re.sub(r"(`+)(?:(?!\1).)+?\1", CODE, text)
     text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
@@ -149,7 +149,7 @@ def plain(text: str) -> str:
 
 
 def sentences(text: str) -> list[str]:
-    """The sentences of a block of prose."""
+    """Splits a block of prose into sentences."""
     found, begin = [], 0
     for end in re.finditer(r"[.!?]+[\"')\]]*\s+(?=[\"'(\[]*[A-Z0-9])", text):
         last = text[begin : end.end()].split()[-1].lower() if text[begin : end.end()].split() else ""
@@ -162,12 +162,12 @@ def sentences(text: str) -> list[str]:
 
 
 def words(text: str) -> int:
-    """How many words it has; a dash or a percent sign alone is none."""
+    """Counts words; a dash or a percent sign alone is none."""
     return sum(1 for token in text.split() if WORD.search(token))
 
 
 def measure(text: str) -> Figures:
-    """The figures of a page."""
+    """Measures the figures of a page."""
     lengths: list[int] = []
     longest, longest_line = 0, 0
     for block in blocks(text):
@@ -179,7 +179,7 @@ def measure(text: str) -> Figures:
 
 
 def faults(name: str, figures: Figures) -> list[str]:
-    """What breaks the rules of length, one line each."""
+    """Returns violations of the rules of length, one line each."""
     found = []
     if figures.mean > MOST_MEAN:
         found.append(f"{name}: {figures.mean:.1f} words a sentence in the mean, expected at most {MOST_MEAN:.0f}")
@@ -191,7 +191,7 @@ def faults(name: str, figures: Figures) -> list[str]:
 
 
 def retired(name: str, text: str) -> list[str]:
-    """Retired words, one line each. Words that a line break parts are found too."""
+    """Returns retired words, one line each. Words that a line break parts are found too."""
     found = []
     instead = list(RETIRED.values())
     hidden = re.sub(r"\]\([^)]*\)", lambda link: re.sub(r"\S", " ", link[0]), text)
@@ -203,7 +203,7 @@ def retired(name: str, text: str) -> list[str]:
 
 
 def pages(root: Path, names: list[str]) -> tuple[list[Path], list[str]]:
-    """The pages that `names` (files and folders) stand for, and what is missing."""
+    """Returns the pages that `names` (files and folders) stand for, and missing names."""
     found: list[Path] = []
     missing = []
     for name in names:
@@ -235,7 +235,7 @@ def check(root: Path) -> int:
 
 
 def self_test() -> int:
-    """Pages with known figures and known faults."""
+    """Tests pages with known figures and known faults."""
     short = "A robot is free. It stays so.\n"
     long_sentence = "word " * 40 + "ends.\n"
     paragraph = " ".join(["Five words are in here."] * 19) + "\n"

@@ -16,17 +16,17 @@ mkdir -p "$work"
 python=${EXTRICATE_PYTHON:-python3}
 "$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2"
-# As bench/requirements.txt has them.
+# The versions are those of bench/requirements.txt.
 mapfile -t peers < <(grep -E "^(pin|coal)==" bench/requirements.txt)
-# Fetched meanwhile; what is missing afterwards is fetched when it is needed.
-# With what the extras of the package ask for, and a library of meshes.
+# Packages are fetched in the background; missing ones are fetched when they are needed.
+# The requirements of the package's extras, and a library of meshes.
 asked=(pytest mypy tqdm mujoco trimesh xacrodoc "${peers[@]}")
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/requirements.txt); fi
 "$work/tools/bin/pip" download --quiet --disable-pip-version-check --dest "$work/fetched" "${asked[@]}" >/dev/null 2>&1 &
 fetching=$!
 "$work/tools/bin/maturin" build --quiet --locked --profile dev --manifest-path "$crate/Cargo.toml" --out "$work/wheels"
 
-# Into a file: `grep -q` ends at once, and who still writes to it fails.
+# The list goes into a file: `grep -q` ends at once, and a program that still writes to it would fail.
 "$python" -m zipfile --list "$work"/wheels/extricate-*.whl > "$work/listed"
 for name in LICENSE-MIT LICENSE-APACHE; do
     grep -q "licenses/$name" "$work/listed" || { echo "the wheel has no $name" >&2; exit 1; }
@@ -37,7 +37,7 @@ wait "$fetching" || true
 mkdir -p "$work/fetched"
 pip() { "$work/venv/bin/pip" --disable-pip-version-check --quiet "$@"; }
 pip install "$work"/wheels/extricate-*.whl
-# Nothing but the wheel and what it asks for is there yet.
+# Only the wheel and its requirements are installed so far.
 program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
 [ -x "$program" ] || program=-
 "$python" scripts/check-doc-blocks.py --self-test

@@ -55,7 +55,7 @@ def check_arm(page: chromium.Browser, extricate: Program, pictures: Path) -> Non
     expect(path.stat().st_size <= MOST_BYTES, f"the page has {path.stat().st_size} bytes, at most {MOST_BYTES}")
     before = page.processor_seconds()
     page.open(path.as_uri())
-    # The second frame after a draw was asked for begins once the first is drawn.
+    # The second frame after a draw request begins once the first is drawn.
     drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now()))))"
     seconds, busy = page.run(drawn) / 1000, page.processor_seconds() - before
     expect(busy < MOST_SECONDS, f"the first picture took {busy:.2f} s of processor time")
@@ -73,7 +73,7 @@ def check_arm(page: chromium.Browser, extricate: Program, pictures: Path) -> Non
 
 
 def check_answers(page: chromium.Browser, extricate: Program) -> None:
-    """Answers of a file are shown in place of new ones."""
+    """Checks that answers of a file are shown in place of new ones."""
     scene = "cell/shelf-arm.toml"
     (extricate.folder / "a.jsonl").write_text(extricate.run(f"query {scene} --input q.jsonl --effort exhaustive --exits 2 --json"))
     extricate.run(f"view {scene} --input q.jsonl --answers a.jsonl -o page.html")
@@ -104,7 +104,7 @@ def check_names(page: chromium.Browser, extricate: Program) -> None:
 
 
 def check_robot(page: chromium.Browser, extricate: Program, robots: Path, pictures: Path) -> None:
-    """The Panda beside a box, with its meshes."""
+    """Checks a page of the Panda beside a box, with its meshes."""
     urdf = robots.resolve() / "example-robot-data/robots/panda_description/urdf/panda.urdf"
     scene = f'[[robot]]\nurdf = "{urdf}"\npackages = ["{robots.resolve()}"]\n'
     scene += '[[obstacle]]\nname = "box"\nshape = { box = [0.3, 0.4, 0.5] }\npose = { xyz = [0.5, 0, 0.3] }\n'
@@ -118,14 +118,14 @@ def check_robot(page: chromium.Browser, extricate: Program, robots: Path, pictur
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
-    """Gives files of a folder, and says nothing of it."""
+    """Serves files of a folder without logging."""
 
     def log_message(self, *_: Any) -> None:
         pass
 
 
 def check_site(page: chromium.Browser, site: Path) -> None:
-    """The first page of the documentation holds the live page of the demo, and runs it."""
+    """Checks that the first page of the documentation holds the live page of the demo, and runs it."""
     handler = functools.partial(Quiet, directory=str(site.resolve()))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()

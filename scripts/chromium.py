@@ -1,4 +1,4 @@
-"""Drives Chromium without a window, over a pipe: what the checks of the pages need of its protocol, and no package.
+"""Drives Chromium without a window, over a pipe: the part of its protocol that the checks of pages need, without a package.
 
 The protocol is that of https://chromedevtools.github.io/devtools-protocol/: JSON objects, each ended by a zero byte.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Optional
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-# Software rendering: the same picture on every computer.
+# Software rendering gives the same picture on every computer.
 FLAGS = [
     "--headless=new", "--no-sandbox", "--remote-debugging-pipe", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--hide-scrollbars", "--no-first-run", "--disable-extensions", "--disable-background-networking", "--mute-audio",
@@ -27,17 +27,17 @@ PATIENCE = 120.0
 
 
 def find() -> Optional[str]:
-    """The program, where there is one; EXTRICATE_CHROMIUM names another."""
+    """Returns the program if there is one; EXTRICATE_CHROMIUM names another."""
     return os.environ.get("EXTRICATE_CHROMIUM") or next((found for name in NAMES if (found := shutil.which(name))), None)
 
 
 class Browser:
-    """One page. `errors` is what went wrong in it, `requests` what it asked a network for."""
+    """One page. `errors` has its errors, `requests` its requests to a network."""
 
     def __init__(self, program: str, width: int = 1400, height: int = 900) -> None:
         self.folder = tempfile.TemporaryDirectory(prefix="extricate-chromium-", ignore_cleanup_errors=True)
         (read_here, answers), (commands, write_here) = os.pipe(), os.pipe()
-        # Away from 3 and 4, the numbers that Chromium takes them at.
+        # Chromium takes its pipes at the numbers 3 and 4, so keep these free.
         fds = [fcntl.fcntl(fd, fcntl.F_DUPFD, 10) for fd in (commands, answers)]
         os.close(commands)
         os.close(answers)
@@ -65,7 +65,7 @@ class Browser:
         self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=touch)
 
     def ask(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Sends a command, and waits for what it gives back."""
+        """Sends a command, and waits for its result."""
         self.number += 1
         message: dict[str, Any] = {"id": self.number, "method": method, "params": parameters}
         if self.session:
@@ -81,7 +81,7 @@ class Browser:
         raise TimeoutError(method)
 
     def next(self, until: float) -> dict[str, Any]:
-        """The next message; events are noted on the way."""
+        """Returns the next message, and keeps events on the way."""
         while b"\0" not in self.pending:
             ready, _, _ = select.select([self.reader], [], [], max(0.0, until - time.monotonic()))
             piece = os.read(self.reader, 1 << 20) if ready else b""
@@ -116,7 +116,7 @@ class Browser:
             self.next(until)
 
     def run(self, script: str) -> Any:
-        """The value of an expression in the page; promises are waited for."""
+        """Returns the value of an expression in the page, after awaiting promises."""
         found = self.ask("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in found:
             raise RuntimeError(found["exceptionDetails"].get("exception", {}).get("description", "an exception"))
@@ -129,11 +129,11 @@ class Browser:
         self.ask("Input.dispatchKeyEvent", type="keyUp", key=key)
 
     def processor_seconds(self) -> float:
-        """Processor time of the browser and all of its processes so far: on a busy computer it says more than a clock."""
+        """Returns the processor time of all processes of the browser so far, which other programs affect less than wall time."""
         parents, times = {}, {}
         for stat in Path("/proc").glob("[0-9]*/stat"):
             try:
-                # The name of a program may hold blanks; it ends at the last bracket.
+                # The name of a program may contain blanks, and ends at the last bracket.
                 fields = stat.read_text().rsplit(")", 1)[1].split()
             except OSError:
                 continue

@@ -16,7 +16,7 @@ version=$(cargo metadata --no-deps --format-version 1 --locked | python3 -c '
 import json, sys
 print(next(p["version"] for p in json.load(sys.stdin)["packages"] if p["name"] == "extricate-c"))')
 IFS=. read -r major minor _ <<<"$version"
-# As build.rs names it: before 1.0 every minor version may change the interface.
+# The version is the one in build.rs: before 1.0 every minor version may change the interface.
 if [ "$major" = 0 ]; then number=0.$minor; else number=$major; fi
 
 mkdir -p "$prefix/include" "$prefix/lib/pkgconfig" "$prefix/lib/cmake/extricate" "$prefix/share/licenses/extricate"

@@ -1,4 +1,4 @@
-"""What mkdocs does beyond its plugins: pages that stand outside docs/ are shown, and links to them lead there.
+"""Hooks of mkdocs: pages outside docs/ become part of the site, and links to them lead there.
 
 ARCHITECTURE.md and CHANGELOG.md stay at the root of the repository, where people look for them. Links to other files outside
 docs/, such as sources and licences, become their paths as text: the site has no such pages.
@@ -15,7 +15,7 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parent.parent
 SHOWN = {"ARCHITECTURE.md": "internals/architecture.md", "CHANGELOG.md": "changelog.md"}
-# What scripts/write-live-page.sh wrote: the page that the first page of the site shows.
+# The live page that scripts/write-live-page.sh wrote, which the first page of the site shows.
 LIVE = ROOT / "target/live-demo.html"
 NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extricate</title>
 <p style="font: 16px sans-serif; margin: 40px">This copy of the documentation was built without the live demo
@@ -47,10 +47,10 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
             return f"[{text}]({relative(SHOWN[path], uri)}{anchor})"
         if path.startswith("docs/"):
             return f"[{text}]({relative(path[len('docs/'):], uri)}{anchor})"
-        # What is not there stays a link, for which mkdocs warns.
+        # A missing target stays a link, for which mkdocs warns.
         return f"{text} (`{path}`)" if (ROOT / path).exists() and text.strip("`") != path else f"`{path}`" if (ROOT / path).exists() else link[0]
 
-    # Options of rustdoc are not languages to the highlighter.
+    # The highlighter does not know options of rustdoc as languages.
     return re.sub(r"^(\s*```rust),\S+", r"\1", LINK.sub(lead, markdown), flags=re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-"""Checks of live pages: the library in the page, compared with itself outside of it. Called by check-view.py."""
+"""Checks of live pages: the library in the page, compared with the native one. Called by check-view.py."""
 from __future__ import annotations
 
 import base64
@@ -11,7 +11,7 @@ import chromium
 from view_pages import Program, check_clean, expect
 
 MOST_LIVE_BYTES, LABELS, MOVES, MOST_STEP = 4_000_000, 100_000, 20, 33.0
-# Records what the library is asked and what it replies.
+# Records requests to the library and its replies.
 RECORD = """(() => {
     const library = extricate.live.library, call = library.call.bind(library);
     window.recorded = [];
@@ -41,7 +41,7 @@ PUSH = """(() => {
 })()"""
 
 
-# The same, until the picture is drawn too.
+# One step of dragging, until the picture is drawn too.
 TURN_DRAWN = TURN.replace("return [", """extricate.stage.draw();
     extricate.stage.renderer.getContext().finish();
     return [""")
@@ -50,7 +50,7 @@ TURN_DRAWN = TURN.replace("return [", """extricate.stage.draw();
 def check_live(page: chromium.Browser, extricate: Program, wasm: Path, native: Path, pictures: Path) -> None:
     folder = extricate.folder
     extricate.run(f"learn cell/shelf-arm.toml -o arm.model --labels {LABELS} --seed 1")
-    # The same cell with a box beside the arm that the model has not seen.
+    # The same cell with a box beside the arm, which the model does not know.
     world = (folder / "cell/shelf-arm.toml").read_text()
     box = '\n[[obstacle]]\nname = "parcel"\nshape = { box = [0.2, 0.2, 0.2] }\npose = { xyz = [0.45, 0.35, 0.5] }\n'
     (folder / "cell/other.toml").write_text(world + box)
@@ -86,7 +86,7 @@ def check_live_page(page: chromium.Browser, name: str, folder: Path, native: Pat
 
 
 def check_left(page: chromium.Browser, name: str) -> None:
-    """Whoever goes to another query while one is dragged finds the other as it was."""
+    """Checks that dragging one query does not change another that is shown meanwhile."""
     other = page.run("extricate.controls.answers[1].q")
     page.run("extricate.live.want(extricate.controls.shown.q); extricate.controls.choose(1)")
     page.run("new Promise(done => setTimeout(done, 700))")
@@ -94,7 +94,7 @@ def check_left(page: chromium.Browser, name: str) -> None:
 
 
 def dragged(page: chromium.Browser, name: str, turn: str) -> float:
-    """How long a step takes in the median [ms], of 20 that show a slice."""
+    """Returns the median time of a step [ms], over those of 20 that show a slice."""
     page.run("window.first = window.first || extricate.controls.shown.q; extricate.live.ask(first, extricate.live.cells)")
     steps = [page.run(turn % (at, 0.01 * (at % 5 - 1.5))) for at in range(MOVES)]
     times = [time for time, has_slice in steps if has_slice]
@@ -103,7 +103,7 @@ def dragged(page: chromium.Browser, name: str, turn: str) -> float:
 
 
 def check_replies(page: chromium.Browser, name: str, folder: Path, native: Path, recorded: list[list[str]]) -> set[float]:
-    """Every reply is that of the library as it is; gives the depths that were seen."""
+    """Checks that every reply is that of the native library; returns the depths in them."""
     files = []
     for key in ("scene", "world"):
         if held := page.run(f"extricate.data.live.{key} || ''"):

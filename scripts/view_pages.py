@@ -1,4 +1,4 @@
-"""What the checks of pages share: how a page is opened, looked at and compared with the program."""
+"""Shared functions of the checks of pages: opening a page, reading it, and comparing it with the program."""
 from __future__ import annotations
 
 import json
@@ -8,7 +8,7 @@ from typing import Any
 
 import chromium
 
-# Of the canvas, how many pixels are of the hue of collisions, of freedom, and of no background.
+# Counts pixels of the canvas in the hue of collisions, in that of free robots, and off the background.
 PIXELS = """(() => {
     const from = extricate.stage.renderer.domElement, to = document.createElement("canvas");
     extricate.stage.draw();
@@ -55,12 +55,12 @@ def check_pictures(page: chromium.Browser, folder: Path, name: str) -> None:
 
 
 def check_numbers(page: chromium.Browser, rows: list[dict[str, Any]]) -> int:
-    """Compares what the page says with lines of `query --json`; gives how many numbers were compared."""
+    """Compares the numbers of the page with lines of `query --json`; returns how many were compared."""
     compared = 0
     for at, row in enumerate(rows):
         page.run(f"extricate.controls.choose({at})")
         shown = page.run(NUMBERS)
-        # Of a free configuration there is no more to say.
+        # A free configuration has no further numbers.
         names = ["depth"] if row["depth"] == 0 else ["depth", "lower_bound", "gap", "max_displacement", "verified", "clearance", "unique", "checks", "effort"]
         names += [name for name in ("unseen",) if row["depth"] > 0 and row[name] is not None]
         for name in names:
@@ -104,7 +104,7 @@ def check_clean(page: chromium.Browser, name: str, address: str) -> None:
 
 
 class Program:
-    """The command line, in a folder."""
+    """Runs the command line in a folder."""
 
     def __init__(self, program: str, folder: Path) -> None:
         self.program, self.folder = str(Path(program).resolve()), folder

@@ -15,7 +15,7 @@ GRIPPER = """<robot name="gripper"><link name="palm"/>
 <joint name="close_right" type="prismatic"><parent link="palm"/><child link="right"/><origin xyz="0.1 0 0"/><axis xyz="-1 0 0"/>
 <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint></robot>"""
 FRAMES = 30
-# Plays all of a page, and gives what was shown on the way: number of the query, and percent of its exit.
+# Plays all of a page, and returns for each picture the number of the query and the percentage of its exit.
 WATCH = """new Promise((done, failed) => {
     const { controls, player } = extricate, seen = [], began = performance.now();
     const show = controls.show;
@@ -31,7 +31,7 @@ WATCH = """new Promise((done, failed) => {
 
 
 def check_motion(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
-    """Frames of a motion play one after the other, with the answers of `query --stream`."""
+    """Checks that frames of a motion play one after the other, with the answers of `query --stream`."""
     scene, folder = "cell/shelf-arm.toml", extricate.folder
     ends = [json.loads(line)["q"] for line in (folder / "q.jsonl").read_text().splitlines()[:2]]
     frames = [[a + 0.3 * k / FRAMES * (b - a) for a, b in zip(*ends)] for k in range(FRAMES)]
@@ -55,7 +55,7 @@ def check_motion(page: chromium.Browser, extricate: Program, pictures: Path) -> 
 
 
 def check_paths(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
-    """Paths play from waypoint to waypoint, and all of a page in turn."""
+    """Checks that paths play from waypoint to waypoint, and all paths of a page one after another."""
     scene, folder = "cell/shelf-arm.toml", extricate.folder
     waypoints = [json.loads(line)["q"] for line in extricate.run(f"sample {scene} -n 6 --seed 2").splitlines()]
     paths = [waypoints[:4], waypoints[3:]]
@@ -70,7 +70,7 @@ def check_paths(page: chromium.Browser, extricate: Program, pictures: Path) -> N
         expected = [len(path), outcomes.count("free"), outcomes.count("contact")]
         found = [int(shown[key]) for key in ("waypoints", "free_segments", "colliding_segments")]
         expect(found == expected, f"path {at + 1}: the page has {found}, the program {expected}")
-        # At the share of a waypoint the robot is there, to the last digit.
+        # At the percentage of a waypoint, the robot is exactly there.
         for point in page.run("extricate.controls.shown.exits[0].way"):
             page.run(f"extricate.controls.go(100 * {point['at']!r})")
             now = page.run("[...document.querySelectorAll('#joints [data-joint=now]')].map(cell => Number(cell.dataset.value))")
@@ -87,7 +87,7 @@ def check_paths(page: chromium.Browser, extricate: Program, pictures: Path) -> N
 
 
 def check_grasps(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
-    """Grasps are shown from the query to the release, with the numbers of `grasp --json`."""
+    """Checks that grasps are shown from the query to the release, with the numbers of `grasp --json`."""
     folder = extricate.folder
     (folder / "gripper.urdf").write_text(GRIPPER)
     ball = '[[robot]]\nurdf = "gripper.urdf"\n[[obstacle]]\nname = "ball"\nshape = { sphere = 0.03 }\n'

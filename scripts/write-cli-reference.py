@@ -24,7 +24,7 @@ are in [limits and exit codes](limits-and-exit-codes.md).
 
 
 def help_of(program: str, *words: str) -> str:
-    """What `--help` prints, the same in terminals of any width."""
+    """Returns the output of `--help`, the same in terminals of any width."""
     environment = dict(os.environ, COLUMNS="100", NO_COLOR="1", TERM="dumb")
     done = subprocess.run(
         [program, *words, "--help"],
@@ -38,7 +38,7 @@ def help_of(program: str, *words: str) -> str:
 
 
 def commands(text: str) -> list[str]:
-    """The names of the groups between `Usage:` and `Options:`, in order."""
+    """Returns the names of the groups between `Usage:` and `Options:`, in order."""
     listed = re.search(r"^Usage:.*?\n((?:.*\n)*?)Options:", text, re.MULTILINE)
     names = re.findall(r"^  (\w[\w-]*)", listed[1], re.MULTILINE) if listed else []
     if not names:

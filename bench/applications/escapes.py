@@ -10,13 +10,13 @@ SAMPLES = 200
 
 
 def along(scene, points):
-    """Configurations along a path, by what the library says of geodesics: halves of edges."""
+    """Samples configurations along a path, on the geodesics between its points."""
     share = np.linspace(0, 1, max(2, SAMPLES // max(1, len(points) - 1)))
     return np.concatenate([between(scene, a, b, share) for a, b in zip(points[:-1], points[1:])])
 
 
 def between(scene, a, b, shares):
-    """The geodesic of intervals, circles and rotations."""
+    """Interpolates along the geodesic of intervals, circles and rotations."""
     out = a + (b - a) * shares[:, None]
     for joint in scene.joints:
         q = slice(joint.start, joint.stop)
@@ -36,7 +36,7 @@ def between(scene, a, b, shares):
 
 
 def is_clean(scene, points, tolerance=1e-3):
-    """Nothing gets worse: no new pair collides, none gets deeper, and once free it stays so."""
+    """Whether nothing gets worse: no new pair collides, none gets deeper, and a free path stays free."""
     way = along(scene, np.asarray(points))
     distances = scene.pair_distances(way)
     at_start = distances[0]

@@ -1,6 +1,6 @@
-"""Scenes with narrow passages, made of boxes and capsules: name -> (scene, start, goal). None is anybody else's.
+"""Scenes with narrow passages, made of boxes and capsules for this benchmark: name -> (scene, start, goal).
 
-The number in a name is how wide the passage is beside what has to go through it.
+The number in a name is the width of the passage relative to the part that has to pass.
 """
 import numpy as np
 
@@ -10,7 +10,7 @@ HALF = np.sqrt(0.5)
 
 
 def capsule_link(radius, points):
-    """Collision elements of a polyline of capsules."""
+    """Returns the collision elements of a polyline of capsules."""
     parts = []
     for a, b in zip(points[:-1], points[1:]):
         a, b = np.asarray(a, float), np.asarray(b, float)
@@ -29,7 +29,7 @@ def box_part(size, xyz):
 
 
 def flying(name, collisions, bounds):
-    """A rigid part that may be anywhere within bounds."""
+    """Makes a rigid part that moves freely within bounds."""
     urdf = f'<robot name="{name}"><link name="{name}">{collisions}</link></robot>'
     return extricate.Robot(urdf, base="floating", bounds=bounds)
 
@@ -72,7 +72,7 @@ def rings(scale):
         pitch = np.arctan2(axis[0], axis[2])
         obstacles.append(extricate.Capsule(tube, float(np.linalg.norm(b - a)), [*((a + b) / 2), 0, pitch, 0], name=f"fixed_{at}"))
     scene = extricate.Scene(robot, obstacles, metric="object-norm")
-    # Across the other, through its middle, the gap on the far side.
+    # The ring crosses the other one through its middle, with the gap on the far side.
     return scene, [-1, 0, 0, 0, HALF, HALF, 0], [3, 2, 0, 0, 0, 0, 1]
 
 

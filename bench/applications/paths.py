@@ -9,12 +9,12 @@ import passages
 from page import number, table
 
 OPEN = ("planar-arm", "shelf-arm", "dual-arm", "hand")
-# Of our proofs [m]: parts of metres pass each other with decimetres of play, links of arms with centimetres.
+# Resolution of our proofs [m], small against the play: decimetres for parts of metres, centimetres for links of arms.
 RESOLUTION = 1e-3
 
 
 def narrow(options):
-    """Passages that trees do not find: what share is solved, and with how many checks."""
+    """Plans through passages that trees do not find: the share solved, and the checks."""
     seeds = options.count or (2 if options.quick else 20)
     rows = []
     for name in options.scenes or passages.SCENES:
@@ -39,7 +39,7 @@ def narrow(options):
 
 
 def open_scenes(options):
-    """Random free ends of built-in scenes."""
+    """Plans between random free ends in built-in scenes."""
     count = options.count or (10 if options.quick else 100)
     rows = []
     for name in options.scenes or OPEN:

@@ -1,4 +1,4 @@
-"""OMPL planners on our checker: every state validity check is counted, as ours are."""
+"""OMPL planners on our checker; every state validity check is counted, as ours are."""
 import time
 
 import numpy as np
@@ -10,7 +10,7 @@ ou.setLogLevel(ou.LogLevel.LOG_NONE)
 
 
 def plan(scene, start, goal, planner, checks, seconds, seed, simplify=False):
-    """Runs a planner until it has a path or has spent its checks, and OMPL's simplifier where asked: (path or None, checks)."""
+    """Runs a planner until it has a path or has spent its checks, then OMPL's simplifier if requested; returns (path or None, checks)."""
     ou.RNG.setSeed(seed + 1)
     spent, lower, upper = [0], np.asarray(scene.lower), np.asarray(scene.upper)
     flies = scene.nq == 7 and scene.nv == 6

@@ -7,14 +7,14 @@ from escapes import SCENES, along
 from page import number, table
 
 CHECKS = 100_000
-# Places of the ball that are tried for one path.
+# Positions of the ball that are tried for one path.
 DRAWS = 200
-# Metres from the middle within which the robot of a scene moves.
+# Radius around the middle within which the robot of a scene moves [m].
 SIZES = {"planar-arm": 1.2, "shelf-arm": 0.9, "free-box": 0.8, "dual-arm": 1.0, "hand": 0.15, "four-legs": 0.7}
 
 
 def straight(scene, count):
-    """Straight paths between free ends that collide: (scene, rows)."""
+    """Makes straight paths between free ends that collide: (scene, rows)."""
     free = scene.sample(40 * count, seed=9, colliding=False)
     first, last = free[::2], free[1::2]
     hit = scene.check_segments(first, last)["contact"]
@@ -22,7 +22,7 @@ def straight(scene, count):
 
 
 def moved(scene, size, count):
-    """Planned paths into which a ball of a twentieth to a tenth of the scene's size has moved; their ends are free of it."""
+    """Makes planned paths into which a ball of a twentieth to a tenth of the scene's size has moved; their ends stay free."""
     rng = np.random.default_rng(4)
     free = iter(scene.sample(20 * count, seed=3, colliding=False))
     found = []
@@ -43,7 +43,7 @@ def moved(scene, size, count):
 
 
 def one(scene, old, seed):
-    """(proved, length, deviation, checks) of ours, the same of OMPL's RRTConnect and simplifier; lengths over the old one."""
+    """Returns (proved, length, deviation, checks) of ours and of OMPL's RRTConnect and simplifier; lengths are relative to the old path."""
     new = scene.repair(old, seed=seed, max_checks=CHECKS)
     path, spent = peers.plan(scene, old[0], old[-1], "RRTConnect", CHECKS, 600, seed, simplify=True)
     sides = []
@@ -56,7 +56,7 @@ def one(scene, old, seed):
 
 
 def apart(scene, a, b):
-    """Distances of configurations in coordinates: turns the short way, and quaternions of either sign."""
+    """Returns distances of configurations in coordinates: angles the short way, quaternions of either sign."""
     step = np.asarray(b) - np.asarray(a)
     for joint in scene.joints:
         at = joint.stop - 1
@@ -75,13 +75,13 @@ def length(scene, points):
 
 
 def deviation(scene, path, old):
-    """Largest distance of the path's configurations from the nearest one of the old path, in coordinates."""
+    """Returns the largest distance of the path's configurations from the nearest one of the old path, in coordinates."""
     a, b = along(scene, np.asarray(path)), along(scene, np.asarray(old))
     return float(apart(scene, a[:, None], b[None]).min(axis=1).max())
 
 
 def row(name, found):
-    """What was found, where both sides have a path for what is compared."""
+    """Makes the row of results; comparisons use cases in which both sides have a path."""
     f = np.array(found, float)
     both = (f[:, 0] == 1) & (f[:, 4] == 1)
     where_theirs = f[f[:, 4] == 1, 0].mean() if (f[:, 4] == 1).any() else np.nan
@@ -93,7 +93,7 @@ def row(name, found):
 
 
 def repaired(options):
-    """Both kinds."""
+    """Repairs straight paths that collide, and planned paths after an obstacle moved."""
     count = options.count or (10 if options.quick else 200)
     rows = []
     for name in options.scenes or SCENES:

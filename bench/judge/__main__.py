@@ -15,7 +15,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from judged import SPOILED, Judged
 
-# Seconds between two lines that say how far a long run is.
+# Seconds between two lines of progress of a long run.
 BETWEEN_LINES = 30
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 KINDS = ["revolute", "revolute", "revolute", "continuous", "prismatic", "fixed", "spherical", "planar", "floating"]
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-# Outward faces of the cube, two triangles each; the last two are its lid.
+# Outward faces of the cube, two triangles each; the last two triangles are its lid.
 SIDES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]])
 PHI = (1 + 5**0.5) / 2
 # https://mathworld.wolfram.com/RegularIcosahedron.html: corners, on the unit sphere.
@@ -39,7 +39,7 @@ class Joint:
     axis: np.ndarray
     lower: float
     upper: float
-    # The joint that it follows, multiplier and offset.
+    # The joint that this one follows, multiplier and offset.
     mimic: tuple | None = None
 
 
@@ -59,7 +59,7 @@ class Drawn:
 
 
 def faces_of_hull(corners):
-    """Outward triangles of corners that are all on their hull, no four of them in a plane."""
+    """Returns outward triangles of the hull of corners that are all on it, no four of them in a plane."""
     faces = []
     n = len(corners)
     for i in range(n):
@@ -117,7 +117,7 @@ def draw(seed):
     rng = np.random.default_rng(seed)
     tiny_or_huge = rng.random() < 0.4
     scale = float(10 ** (rng.uniform(-4, 3) if tiny_or_huge else rng.uniform(-1, 0.5)))
-    # Clearances of files are 1e-9 m or more; of a tiny robot that is much.
+    # Files allow clearances from 1e-9 m, which is much for a tiny robot.
     clearance = float(rng.choice([0.0, 1e-3, 0.02]))
     drawn = Drawn(seed, scale, clearance, str(rng.choice(["joint", "joint", "object-norm", "max-displacement"])), {}, str(rng.choice(["fixed", "fixed", "planar", "floating"])))
     count = int(rng.integers(1, 7))
@@ -137,7 +137,7 @@ def draw(seed):
     for _ in range(int(rng.integers(1, 4))):
         new = shape(rng)
         grown = 8.0 if rng.random() < 0.2 else rng.uniform(1, 2)
-        # A large one has others within it.
+        # A large shape may contain others.
         new.size = [float(grown * x) for x in new.size]
         new.corners = None if new.corners is None else grown * new.corners
         new.xyz = rng.uniform(-0.8, 0.8, 3)
@@ -156,7 +156,7 @@ def obj(path, shape, scale):
 
 
 def write(drawn, folder):
-    """Writes `scene.toml` and what it names; its path."""
+    """Writes `scene.toml` and the files that it names; returns its path."""
     folder, s = Path(folder), drawn.scale
     names = iter(range(10**6))
 
@@ -185,7 +185,7 @@ def write(drawn, folder):
         more = f'<limit lower="{unit * j.lower!r}" upper="{unit * j.upper!r}" effort="1" velocity="1"/>' if j.kind in ("revolute", "prismatic") else ""
         if j.mimic:
             lead = next(other for other in drawn.joints if other.name == j.mimic[0])
-            # What a length is to an angle is a matter of scale too.
+            # The weight of a length against an angle depends on the scale too.
             factor = (s if j.kind == "prismatic" else 1.0) / (s if lead.kind == "prismatic" else 1.0)
             offset = j.mimic[2] * (s if j.kind == "prismatic" else 1.0)
             more += f'<mimic joint="{j.mimic[0]}" multiplier="{factor * j.mimic[1]!r}" offset="{offset!r}"/>'

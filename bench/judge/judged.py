@@ -1,4 +1,4 @@
-"""One drawn scene, judged: distances by pair, verdicts, and what queries of every effort answer."""
+"""Judges one drawn scene: distances by pair, verdicts, and answers of every effort."""
 import dataclasses
 import tempfile
 import warnings
@@ -10,22 +10,22 @@ import extricate
 from drawn import draw, write
 from oracle import TOLERANCE, Oracle
 
-# Distances farther from each other than TOLERANCE plus this share of them are a fault.
+# Distances that differ by more than TOLERANCE plus this share of them are a fault.
 RELATIVE = 1e-5
-# Draws before a scene is left that never collides, or always.
+# Draws after which a scene that never or always collides is given up.
 MOST_DRAWS = 60
 # Configurations drawn within the bound of every query.
 WITHIN = 12
-# Configurations of every edge of a path that are looked at, and frames of a stream.
+# Configurations checked per edge of a path, and frames per stream.
 ALONG = 8
 FRAMES = 6
-# What a path may spend.
+# Budget of a path.
 MOTION = {"max_checks": 2000}
-# What a query may spend, so that one scene takes no minutes.
+# Budgets of queries, so that one scene does not take minutes.
 EFFORTS = {"nearest": {}, "refined": {}, "exhaustive": {"max_checks": 3000}, "proved": {"max_checks": 3000}}
 
 
-# What a judge that is worth something notices: an answer or a distance that was spoiled, and the fault that it has to find.
+# Spoiled answers and distances for the self-test, with the fault that the judge has to find for each.
 SPOILED = {
     "distance": "distance",
     "witness": "witness collides",
@@ -37,7 +37,7 @@ SPOILED = {
 }
 
 
-# What is never free is said in a warning; here it is expected.
+# Warnings about scenes that are never free are expected here.
 warnings.simplefilter("ignore")
 
 
@@ -69,7 +69,7 @@ class Judged:
             try:
                 views.append(extricate.learn(self.scene, labels=labels, seed=seed))
             except (ValueError, RuntimeError) as error:
-                # Where nothing is free, nothing is learned.
+                # If nothing is free, nothing can be learned.
                 if "free" not in str(error):
                     raise
         for q in colliding[:queries]:
@@ -84,7 +84,7 @@ class Judged:
         self.faults.append({"seed": self.seed, "what": what, **{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in more.items()}})
 
     def compare(self, configs, rng):
-        """Distances and verdicts of random configurations; those that collide beyond doubt."""
+        """Compares distances and verdicts of random configurations; returns those that certainly collide."""
         s, clearance = self.drawn.scale, self.drawn.clearance
         colliding = []
         for number in range(max(configs, MOST_DRAWS)):
@@ -143,11 +143,11 @@ class Judged:
         return dataclasses.replace(answer, **changes.get(self.spoiled, {}))
 
     def judge(self, q, answer, effort, rng):
-        """Whether nothing is wrong with a witness, and with what is said of the query."""
+        """Whether the witness and the rest of an answer are right."""
         faults = len(self.faults)
         said = dict(q=q, effort=effort, witness=answer.witness, depth=answer.depth)
         low, high = self.oracle.limits()
-        # Of the nearest stored sample it was verified when that was learned.
+        # With effort `nearest`, the witness was verified when the model was learned.
         if not answer.verified and effort != "nearest":
             self.fault("not verified", **said)
         if (answer.witness < low - 1e-9 * (1 + np.abs(low))).any() or (answer.witness > high + 1e-9 * (1 + np.abs(high))).any():
@@ -157,14 +157,14 @@ class Judged:
             self.fault("witness collides", least=least, **said)
         if self.drawn.metric == "joint":
             distance = self.oracle.distance(q, answer.witness)
-            # A small angle of a rotation is known no better than the root of what numbers are rounded to.
+            # A small rotation angle is exact only to the square root of the rounding error.
             if abs(distance - answer.depth) > 1e-6 * max(1.0, distance):
                 self.fault("depth", expected=distance, **said)
         elif self.drawn.metric == "max-displacement":
             least = self.oracle.least_displacement(q, answer.witness, rng)
             if not least * (1 - 1e-9) <= answer.depth <= 1.1 * least + 1e-9 * self.drawn.scale:
                 self.fault("depth", expected=least, **said)
-        # Points that are looked at move no farther than what is told; under the metric of displacement that is the depth.
+        # No sampled point moves farther than reported; in the metric `max-displacement`, the reported value is the depth.
         moved = self.oracle.least_displacement(q, answer.witness, rng)
         is_depth = self.drawn.metric != "max-displacement" or abs(answer.max_displacement - answer.depth) <= 1e-6 * self.drawn.scale
         if answer.max_displacement < moved * (1 - 1e-6) - 1e-9 * self.drawn.scale or not is_depth:
@@ -179,7 +179,7 @@ class Judged:
         return len(self.faults) == faults
 
     def streams(self, q, view, rng):
-        """Frames toward a random configuration: every answer, and every move of a continuous stream."""
+        """Judges streams toward a random configuration: every answer, and every move of a continuous stream."""
         goal = self.oracle.draw(rng)
         for continuous in (False, True):
             stream, last = view.stream(continuous=continuous), None
@@ -195,7 +195,7 @@ class Judged:
                 last = answer.witness
 
     def motions(self, q, view, rng):
-        """Every edge of an escape, a plan and a repair."""
+        """Judges every edge of an escape, a plan and a repair."""
         escape = view.escape(q, tree_checks=500, **MOTION)
         if escape.points is not None:
             points = self.spoil_path(escape.points, q)
@@ -218,7 +218,7 @@ class Judged:
         return [points[0], q, points[-1]] if self.spoiled == "path" else points
 
     def edge(self, a, b, may_collide, how):
-        """No pair collides along an edge but those that may."""
+        """Checks that only pairs in `may_collide` collide along an edge."""
         self.counts["edges"] += 1
         for k in range(ALONG + 1):
             p = self.oracle.between(a, b, k / ALONG)
@@ -229,12 +229,12 @@ class Judged:
                     return self.fault("edge collides", how=how, a=np.asarray(a), b=np.asarray(b), at=k / ALONG, pair=names, least=float(least[pair]))
 
     def release(self, q):
-        """A robot that holds an obstacle lets go of it: nothing penetrates."""
+        """Checks that nothing penetrates after the release of an obstacle."""
         for name in (self.oracle.names[k] for k in range(len(self.oracle.seat), len(self.oracle.names))):
             try:
                 grasp = self.scene.release(q, object=name, **MOTION)
             except ValueError:
-                # No link of it can touch that obstacle.
+                # No link can touch this obstacle.
                 continue
             if grasp is None:
                 continue
@@ -244,7 +244,7 @@ class Judged:
                 self.fault("release collides", q=q, object=name, config=grasp.config, least=least)
 
     def draw_within(self, q, bound, effort, rng):
-        """Nothing free is nearer than the bound."""
+        """Checks that random configurations within the bound are not free."""
         if bound == 0 or self.drawn.metric == "object-norm":
             return
         length = bound

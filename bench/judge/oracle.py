@@ -6,7 +6,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-# Nearer than this to contact, in units of the scale, the two sides may differ.
+# Distance to contact below which the two sides may differ, in units of the scale.
 TOLERANCE = 5e-5
 
 
@@ -40,7 +40,7 @@ def geometries(shape):
         return [(mesh.convex, here)]
     if shape.kind in ("sheet", "open"):
         return [(bvh(shape.corners, shape.triangles), here)]
-    # Six walls.
+    # The hollow box is six walls.
     sides, thick = np.array(shape.size[:3]), shape.size[3]
     walls = []
     for axis in range(3):
@@ -67,9 +67,9 @@ class Oracle:
         self.model = pin.Model()
         self.names = [f"l{k}" for k in range(len(drawn.links))] + [f"o{k}" for k in range(len(drawn.obstacles))]
         base = {"fixed": None, "planar": pin.JointModelPlanar(), "floating": pin.JointModelFreeFlyer()}[drawn.base]
-        # Of each link: the joint of pinocchio that moves it, and where it is behind that.
+        # For each link, the joint of pinocchio that moves it, and its pose relative to that joint.
         self.seat = [(self.model.addJoint(0, base, pin.SE3.Identity(), "base") if base else 0, pin.SE3.Identity())]
-        # By joint of the scene: its number there, and its kind.
+        # For each joint of the scene, its number in pinocchio and its kind.
         self.moving = {"base": (self.seat[0][0], drawn.base)} if base else {}
         for joint in drawn.joints:
             parent, placement = self.seat[joint.parent]
@@ -92,7 +92,7 @@ class Oracle:
         self.pairs = self.checked_pairs()
 
     def shapes_of_bodies(self):
-        """Of each body: the joint that moves it, and its geometries with where they are behind that joint."""
+        """Returns for each body the joint that moves it, and its geometries with their poses relative to that joint."""
         parts = []
         seats = self.seat + [(0, pin.SE3.Identity())] * len(self.drawn.obstacles)
         for (joint, placement), shapes in zip(seats, self.drawn.links + [[o] for o in self.drawn.obstacles]):
@@ -101,7 +101,7 @@ class Oracle:
         return parts
 
     def checked_pairs(self):
-        """All, but those of one rigid group, those that one joint joins, and those of which no side has a shape."""
+        """Returns all pairs except those in one rigid group, those that one joint joins, and those without a shape on a side."""
         pairs = []
         for a, b in combinations(range(len(self.parts)), 2):
             i, j = self.parts[a][0], self.parts[b][0]
@@ -111,7 +111,7 @@ class Oracle:
         return pairs
 
     def full(self, q):
-        """Coordinates of the scene as pinocchio wants them."""
+        """Converts coordinates of the scene to those of pinocchio."""
         x = pin.neutral(self.model)
         values = {}
         for name, where in self.coordinates.items():
@@ -140,12 +140,12 @@ class Oracle:
         return self.s if self.moving[name][1] == "prismatic" else 1.0
 
     def place(self, q):
-        """Where every geometry is at `q`, by body."""
+        """Returns the pose of every geometry at `q`, by body."""
         pin.forwardKinematics(self.model, self.data, self.full(q))
         return [[(g, self.data.oMi[joint] * at) for g, at in found] for joint, found in self.parts]
 
     def distances(self, q):
-        """Distance of each checked pair in units of the scale; 0 or less where it collides."""
+        """Returns the distance of each checked pair in units of the scale; 0 or less if it collides."""
         placed = self.place(q)
         request = coal.DistanceRequest()
         out = []
@@ -159,7 +159,7 @@ class Oracle:
         return np.array(out)
 
     def limits(self):
-        """Lower and upper ends of the coordinates; quaternions between -1 and 1, angles that wrap without any."""
+        """Returns lower and upper limits: -1 and 1 for quaternions, none for angles that wrap."""
         low, high = np.full(self.nq, -np.inf), np.full(self.nq, np.inf)
         for name, where in self.coordinates.items():
             kind = self.moving[name][1]
@@ -186,7 +186,7 @@ class Oracle:
                 yield slice(where.stop - 4, where.stop)
 
     def distance(self, a, b):
-        """The joint metric of the two, with the scene's weights."""
+        """Returns the distance in the joint metric with the scene's weights."""
         total = 0.0
         for name, where in self.coordinates.items():
             kind, w = self.moving[name][1], self.drawn.weights.get(name, 1.0)
@@ -203,7 +203,7 @@ class Oracle:
         return total**0.5
 
     def between(self, a, b, share):
-        """The configuration at a share of the geodesic from a to b."""
+        """Returns the configuration at a share of the geodesic from a to b."""
         a, b = np.array(a, float), np.array(b, float)
         out = a + share * (b - a)
         for name, where in self.coordinates.items():
@@ -217,7 +217,7 @@ class Oracle:
         return out
 
     def near(self, q, length, rng):
-        """A configuration within limits, at most about `length` from q in the joint metric, in a random direction."""
+        """Draws a configuration within limits, at most about `length` from q in the joint metric, in a random direction."""
         low, high = self.limits()
         step = rng.normal(size=self.nq)
         step *= length / np.linalg.norm(step)
@@ -228,7 +228,7 @@ class Oracle:
         return np.clip(out, low, high)
 
     def least_displacement(self, a, b, rng):
-        """No more than the largest displacement of a point of the moving links, in metres."""
+        """Returns a lower bound on the largest displacement of a point of the moving links [m]."""
         places = [self.place(q)[:len(self.seat)] for q in (a, b)]
         most = 0.0
         for body, other in zip(*places):
@@ -239,7 +239,7 @@ class Oracle:
 
 
 def surface(geometry, rng):
-    """Points of a geometry, as columns; all corners of those that have some."""
+    """Returns points of a geometry as columns, with all its corners if it has any."""
     if isinstance(geometry, coal.Box):
         return (np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * geometry.halfSide).T
     if isinstance(geometry, (coal.Sphere, coal.Capsule)):

@@ -8,12 +8,12 @@ import coal
 import numpy as np
 import pydrake.all as drake
 
-# From how far off the clearance on a pair counts [m].
+# Distance below which a pair contributes to the constraint [m].
 INFLUENCE = 0.05
 
 
 class Drake:
-    """One start. Raises ValueError for shapes that are not convex: Drake would take their hulls."""
+    """Drake's solver from one start. Raises ValueError for shapes that are not convex, for which Drake would take their hulls."""
 
     def __init__(self, scene):
         self.scene = scene
@@ -32,7 +32,7 @@ class Drake:
         self.program()
 
     def tree(self):
-        """A body for each joint of the pinocchio model, the world for the first."""
+        """Makes a body for each joint of the pinocchio model; the world stands for the first."""
         model, plant = self.scene.model, self.plant
         bodies = [plant.world_body()]
         inertia = drake.SpatialInertia(1.0, np.zeros(3), drake.UnitInertia.SolidSphere(0.1))
@@ -57,7 +57,7 @@ class Drake:
         return ids
 
     def filters(self, ids):
-        """Exactly the pairs of the scene are looked at."""
+        """Restricts collision checks to exactly the pairs of the scene."""
         declared, manager = drake.CollisionFilterDeclaration(), self.graph.collision_filter_manager()
         declared.ExcludeWithin(drake.GeometrySet(ids))
         for p in self.scene.geometry.collisionPairs:

@@ -1,4 +1,4 @@
-"""What the benchmarks need: the peers in a virtual environment, the robots."""
+"""Installs what the benchmarks need: the peers in a virtual environment, and the robots."""
 import hashlib
 import os
 import subprocess
@@ -9,12 +9,12 @@ from sides import ROBOTS, ROOT
 
 ENVIRONMENT = ROOT / "target" / "peers"
 REQUIREMENTS = ROOT / "bench" / "requirements.txt"
-# Threads that numerical libraries would start of their own: one core each is the rule.
+# Numerical libraries must not start threads of their own: every side gets one core.
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def enter_environment():
-    """Goes on in the virtual environment, made and filled first where it is not there or the requirements have changed."""
+    """Restarts in the virtual environment, which is made again if it is missing or the requirements have changed."""
     python = ENVIRONMENT / "bin" / "python"
     if sys.prefix == str(ENVIRONMENT) and all(os.environ.get(name) == "1" for name in ONE_THREAD):
         return

@@ -9,9 +9,9 @@ import pinocchio as pin
 import quadprog
 from scipy.spatial import cKDTree
 
-# Pairs farther apart than this [m] are no constraints of a step.
+# Pairs farther apart than this are no constraints of a step [m].
 MARGIN = 0.1
-# What one metre of violation costs: more than multipliers of rad over m come to.
+# Penalty of one metre of violation: larger than the multipliers, which are in rad per m.
 PENALTY = 100.0
 STEPS, TRUST, LEAST_TRUST = 30, 0.3, 1e-4
 TABLE = 20_000
@@ -63,7 +63,7 @@ class MultiStart:
     def __init__(self, scene, seed, starts):
         self.scene, self.rng, self.starts = scene, np.random.default_rng(seed), starts
         self.near = NearDistances(scene)
-        # Found by checking random configurations; that is learning, and not timed.
+        # The table comes from checking random configurations, which counts as learning and is not timed.
         tried = (self.rng.uniform(scene.low, scene.high) for _ in range(20 * TABLE))
         found = []
         for q in tried:
@@ -74,12 +74,12 @@ class MultiStart:
         self.table, self.tree = np.array(found), cKDTree(self.points(np.array(found)))
 
     def points(self, rows):
-        """For the search of the table: circles as chords."""
+        """Embeds configurations for the search of the table: circles as chords."""
         circle = self.scene.circle
         return np.hstack([rows[:, ~circle], np.cos(rows[:, circle]), np.sin(rows[:, circle])])
 
     def solve(self, q):
-        """The best witness after 1, 2, 4, ... starts, each with the seconds and distance evaluations until then."""
+        """Returns the best witness after 1, 2, 4, ... starts, each with the seconds and distance evaluations so far."""
         began, before = time.thread_time(), self.near.count
         best, length, stages, around = None, np.inf, {}, None
         for k in range(self.starts):
@@ -104,7 +104,7 @@ class MultiStart:
         return None
 
     def pulled(self, q, free, halvings=8):
-        """As far from `free` to `q` as halving the way finds free."""
+        """Halves the segment from `free` to `q`, and returns the free end nearest to `q`."""
         if free is None:
             return None
         way, fraction, step = self.scene.delta(free, q), 0.0, 0.5
@@ -136,7 +136,7 @@ class MultiStart:
         return best if best is not None and s.free(best) else None
 
     def step(self, q, x, distances, gradients, trust, target):
-        """Least half squared distance to the query plus the penalty on one slack for all pairs, linearised, in a box."""
+        """Minimises half the squared distance to the query plus the penalty on one slack of all linearised pairs, in a box."""
         s, n = self.scene, len(x)
         low = np.where(s.circle, -trust, np.maximum(-trust, s.low - x))
         high = np.where(s.circle, trust, np.minimum(trust, s.high - x))
@@ -148,5 +148,5 @@ class MultiStart:
         try:
             return quadprog.solve_qp(quadratic, linear, rows.T, right)[0][:n]
         except ValueError:
-            # Rounding made the box empty.
+            # The box is empty by rounding.
             return None

@@ -1,17 +1,17 @@
-"""Our side: answers to the queries of a scene, with a model and without, one thread."""
+"""Our side: answers the queries of a scene on one thread, with a model and without."""
 import re
 
 import programs
 from sides import BUILD
 
-# The nearest stored sample alone, as published, and what refinement makes of it.
+# The nearest stored sample alone, and refinement with numbers of starts.
 NEAREST = "samples alone (`nearest`)"
 METHODS = {NEAREST: "nearest"}
 METHODS |= {f"`refined`, {k} start{'s' * (k > 1)}": k for k in (1, 2, 4, 8)}
-# The default takes as many starts as the degrees of freedom ask for, more where they find something.
+# The default takes as many starts as the degrees of freedom require, and more if they find exits.
 DEFAULT = "`refined`"
 METHODS |= {DEFAULT: "refined", "`refined`, 16 starts": 16, "`exhaustive`": "exhaustive"}
-# The scene itself, of which nothing was learned; and a model of the robot alone, asked in the scene.
+# The scene without a model, and with a model of the robot alone.
 NO_MODEL, ROBOTS_MODEL = "`refined`, no model", "`refined`, robot's model"
 METHODS |= {NO_MODEL: "refined", ROBOTS_MODEL: "refined"}
 ROBOT_LABELS = 20_000

@@ -8,12 +8,12 @@ from ours import DEFAULT, METHODS, NEAREST, NO_MODEL, ROBOTS_MODEL
 from page import number, put, save, table
 from sides import ROOT
 
-# Excess that is drawn for none at all, and for no answer.
+# Ends of the plotted excess: smaller ones are drawn at the first, missing answers at the second.
 LEAST, MOST = 1e-4, 300.0
 MULTISTART = "pinocchio + coal, "
-# Least shares within 5 % and 1 % and most microseconds (median, 95 %) of the default effort that were set as targets.
+# Targets of the default effort: least shares within 5 % and 1 %, and most microseconds (median, 95 %).
 TARGETS = {"panda-box": (0.99, 0.95, 100, 500), "panda-torus": (0.99, 0.95, 200, 1000), "ur5-shelf": (0.99, 0.95, 150, 1000), "allegro-ball": (0.97, 0.90, 500, 2000)}
-# Most microseconds (median) of the nearest sample alone.
+# Targets of the nearest sample alone: most microseconds (median).
 NEAREST_TARGETS = {"panda-box": 5, "panda-torus": 5, "ur5-shelf": 5, "allegro-ball": 10}
 DRAKE_RATIO, MULTISTART_RATIO = 10, 100
 
@@ -50,7 +50,7 @@ def part(name, s):
 
 
 def pooled(found):
-    """Per method, over the scenes that have it: mean shares, and the geometric mean of its median time over that of our default."""
+    """Averages each method over the scenes that have it: mean shares, and the geometric mean of its time ratio to our default."""
     methods = list(dict.fromkeys(m for s in found["scenes"].values() for m in s["methods"]))
     last = max((starts(m) for m in methods if m.startswith(MULTISTART)), default=0)
     for method in methods:
@@ -72,7 +72,7 @@ def summary(found):
 
 
 def readme(found):
-    """The short table of README.md: our default, and what others do; the complete one stands in docs/benchmarks/query.md."""
+    """Makes the short table of README.md: our default and other methods; docs/benchmarks/query.md has the complete one."""
     last = max((starts(m) for s in found["scenes"].values() for m in s["methods"] if m.startswith(MULTISTART)), default=0)
     ours = {DEFAULT: f"extricate: {DEFAULT}", NO_MODEL: f"extricate: {NO_MODEL}"}
     rows = [[ours.get(m, m), n, f"{v:.2f}", f"{five:.2f}", number(ratio)] for m, n, v, five, _, ratio in pooled(found)
@@ -83,7 +83,7 @@ def readme(found):
 
 
 def targets(scenes):
-    """What was aimed at and what came out, misses in bold."""
+    """Makes the table of targets and results, misses in bold."""
     rows = []
     show = lambda good, text: text if good else f"**{text}**"
     for name, s in scenes.items():

@@ -13,9 +13,9 @@ from programs import sample
 from sampling import Jiggle, Nearby
 from sides import machine
 
-# Parts that the queries are split into; the methods take turns on each.
+# Parts that the queries are split into; the methods run one after another on each.
 TURNS = 4
-# Coal's own distances near contact are off by more than rounding.
+# Share of the clearance that coal has to confirm: its distances near contact have errors beyond rounding.
 TOLERATED = 0.9
 
 
@@ -66,7 +66,7 @@ def one_scene(name, path, options):
 
 
 def judged(scene, queries, answers):
-    """Depths as the witnesses say, infinite where there is none or it fails the check."""
+    """Computes depths from the witnesses, infinite if there is none or it fails the check."""
     row = {"depth": np.full(len(queries), np.inf), "refused": 0, "missing": 0}
     for k, (q, answer) in enumerate(zip(queries, answers, strict=True)):
         if answer["witness"] is None:

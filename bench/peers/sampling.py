@@ -1,11 +1,11 @@
-"""Random ways out of collision, with pinocchio + coal as the check: the first free configuration is taken."""
+"""Random exits from collision, with pinocchio + coal as the check: the first free configuration is taken."""
 import time
 import weakref
 
 import numpy as np
 from ompl import base, util
 
-# Once a process; ompl refuses it later.
+# OMPL accepts a seed only once per process, at the start.
 util.RNG.setSeed(1)
 util.setLogLevel(util.LogLevel.LOG_WARN)
 MOST_TRIES = 10_000
@@ -32,7 +32,7 @@ class Jiggle:
 class Nearby:
     """OMPL's `SpaceInformation.searchValidNearby`: the first valid of uniform samples nearby, at a growing distance."""
     name = "OMPL, searchValidNearby"
-    # First distance in every coordinate [rad], its growth, and samples at each.
+    # First distance in every coordinate [rad], its growth, and samples per distance.
     FIRST, GROWTH, ATTEMPTS = 0.05, 1.3, 30
 
     def __init__(self, scene):
@@ -48,7 +48,7 @@ class Nearby:
         for _ in range(int(scene.circle.sum())):
             self.space.addSubspace(base.SO2StateSpace(), 1.0)
         self.information = base.SpaceInformation(self.space)
-        # A proxy, because ompl keeps it beyond the reach of Python's garbage collector.
+        # A proxy, because OMPL's reference is invisible to Python's garbage collector.
         me = weakref.proxy(self)
         self.information.setStateValidityChecker(lambda state: me.valid(state))
         self.information.setup()

@@ -1,4 +1,4 @@
-//! Names the shared library as loaders look for it: with the version that its interface is of.
+//! Sets the name by which loaders find the shared library; it has the version of the interface.
 
 use std::env;
 

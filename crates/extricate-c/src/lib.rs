@@ -1,9 +1,9 @@
 //! The C interface of `extricate`: a thin shell that C and C++ programs link against. No Rust
 //! program needs it.
 //!
-//! Read `abi/mod.rs` first: the functions of `include/extricate.h`, by what they are about. They
-//! make references of pointers in `raw`, which alone dereferences any, and report in `status`.
-//! `options` and `shapes` read what callers fill in; `numbers` are those of the library's choices.
+//! Read `abi/mod.rs` first: its modules hold the functions of `include/extricate.h`, by subject.
+//! Only `raw` dereferences pointers, and `status` reports failures. `options` and `shapes` read the
+//! structures that callers fill in; `numbers` maps enums of the library to constants of the header.
 
 mod abi;
 mod numbers;

@@ -1,4 +1,4 @@
-//! The numbers that the header has for choices of the library.
+//! Maps enums of the library to the constants that the header has for them.
 
 use extricate::{Effort, MetricKind, Unproved};
 
@@ -8,7 +8,6 @@ use crate::abi::types::{
     EXTRICATE_UNPROVED_SURFACES,
 };
 
-/// How hard a query tries.
 pub const EFFORTS: &[(Effort, u32)] = &[
     (Effort::Nearest, EXTRICATE_NEAREST),
     (Effort::Quick, EXTRICATE_QUICK),
@@ -17,23 +16,21 @@ pub const EFFORTS: &[(Effort, u32)] = &[
     (Effort::Proved, EXTRICATE_PROVED),
 ];
 
-/// What distances between configurations are measured by.
 pub const METRICS: &[(MetricKind, u32)] = &[
     (MetricKind::Joint, EXTRICATE_METRIC_JOINT),
     (MetricKind::ObjectNorm, EXTRICATE_METRIC_OBJECT_NORM),
     (MetricKind::MaxDisplacement, EXTRICATE_METRIC_MAX_DISPLACEMENT),
 ];
 
-/// Why nothing is proved.
 pub const UNPROVED: &[(Unproved, u32)] =
     &[(Unproved::Surfaces, EXTRICATE_UNPROVED_SURFACES), (Unproved::Shallow, EXTRICATE_UNPROVED_SHALLOW)];
 
-/// The number of a choice. A test holds every choice in its table.
+/// Returns the number of a choice. A test checks that every choice is in its table.
 pub fn number<T: PartialEq>(table: &[(T, u32)], choice: T) -> u32 {
     table.iter().find(|(known, _)| *known == choice).map_or(u32::MAX, |(_, number)| *number)
 }
 
-/// The choice of a number, if it is one.
+/// Returns the choice with this number, if there is one.
 pub fn choice<T: Copy>(table: &[(T, u32)], number: u32) -> Option<T> {
     table.iter().find(|(_, known)| *known == number).map(|(choice, _)| *choice)
 }

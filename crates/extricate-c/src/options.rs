@@ -1,4 +1,4 @@
-//! Options of a query, as C fills them in.
+//! Reads the options of a query from the structure that C callers fill in.
 
 #![allow(unsafe_code)]
 
@@ -10,10 +10,10 @@ use crate::numbers::{EFFORTS, choice};
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
 
-/// What a message says of a number that is no effort; the header says the same.
+/// Efforts as messages list them. A test checks that the header lists the same.
 const EFFORTS_EXPECTED: &str = "EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED";
 
-/// Options that were read, and what becomes of configurations beyond the limits.
+/// Options that were read from C.
 #[derive(Debug, Default)]
 pub struct Wanted {
     /// The options, not yet checked.
@@ -22,7 +22,7 @@ pub struct Wanted {
     pub refuse_outside: bool,
 }
 
-/// What a program begins with.
+/// Returns what `extricate_options_init()` writes.
 pub fn defaults() -> ExtricateOptions {
     ExtricateOptions {
         effort: EXTRICATE_REFINED,
@@ -50,10 +50,10 @@ impl Wanted {
     /// Reads options for queries of `scene`; null stands for the defaults.
     ///
     /// # Safety
-    /// That of [`crate::raw`].
+    /// The contract of [`crate::raw`].
     ///
     /// # Errors
-    /// For a member that cannot be read: no effort, no text, no joint, no configuration.
+    /// If a member is not an effort, a text, the name of a joint, or a configuration of `scene`.
     pub unsafe fn read(at: *const ExtricateOptions, scene: &Scene) -> Result<Self> {
         if at.is_null() {
             return Ok(Self::default());
@@ -64,7 +64,7 @@ impl Wanted {
         let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
         // SAFETY: the same.
         let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
-        // SAFETY: the header says so of `stop`.
+        // SAFETY: the header states the contract of `Callback::new` for `stop`.
         let callback = given.stop.map(|stop| unsafe { Callback::new(stop, given.stop_data) });
         let Some(effort) = choice(EFFORTS, given.effort) else {
             return Err(fault("effort", given.effort, EFFORTS_EXPECTED));
@@ -88,10 +88,10 @@ impl Wanted {
         Ok(Self { options, refuse_outside: given.refuse_outside != 0 })
     }
 
-    /// A solver with these options, which shares all else with `solver`.
+    /// Makes a solver with these options, which shares all else with `solver`.
     ///
     /// # Errors
-    /// For an option that makes no sense: names the member, its value and what was expected.
+    /// If an option makes no sense. The message names the member, its value and what was expected.
     pub fn of(self, solver: &Solver) -> Result<ExtricateSolver> {
         let solver = solver.clone().options(self.options).map_err(|error| match error {
             Error::Option { name, value, expected } => fault(name, value, &expected),
@@ -101,19 +101,19 @@ impl Wanted {
     }
 }
 
-/// A member of the options that makes no sense.
+/// Makes the fault of a member of the options that makes no sense.
 pub fn fault(member: &str, value: impl std::fmt::Display, expected: &str) -> Fault {
     Fault::argument(format!("options.{member}: got {value}, expected {expected}"))
 }
 
-/// Most threads that may be asked for: starting more takes longer than they could save anywhere.
-const MOST_THREADS: usize = 1024;
+/// Most threads of a call: starting more takes longer than they could save on any machine.
+const MAX_THREADS: usize = 1024;
 
-/// A number of threads, 0 for one a core.
+/// Reads a number of threads; 0 stands for one per core.
 pub fn threads(count: usize) -> Result<usize> {
-    match count <= MOST_THREADS {
+    match count <= MAX_THREADS {
         true => Ok(count),
-        false => Err(Fault::argument(format!("threads: got {count}, expected 0 (one a core) to {MOST_THREADS}"))),
+        false => Err(Fault::argument(format!("threads: got {count}, expected 0 (one a core) to {MAX_THREADS}"))),
     }
 }
 
@@ -124,10 +124,10 @@ mod tests {
     use super::*;
     use crate::abi::types::{EXTRICATE_NEAREST, EXTRICATE_PROVED};
 
-    /// Members that are no query option of the library: how long lists are, how queries are
-    /// stopped, and which configurations are refused.
+    /// Members that are no query options of the library: lengths of lists, the stop function, and
+    /// whether configurations are refused.
     const OF_C_ALONE: &[&str] = &["refuse_outside", "locked_count", "toward_count", "stop", "stop_data"];
-    /// Defaults that C writes otherwise than Python.
+    /// Defaults that C spells differently from Python.
     const DEFAULTS_IN_C: &[(&str, &str)] = &[
         ("effort", "EXTRICATE_REFINED"),
         ("starts", "0"),
@@ -141,7 +141,7 @@ mod tests {
         ("segment", "0"),
         ("contacts", "0"),
     ];
-    /// Values that C writes otherwise than Python.
+    /// Values that C spells differently from Python.
     const VALUES_IN_C: &[(&str, &str)] =
         &[("effort", EFFORTS_EXPECTED), ("free_radius", "0 or 1"), ("segment", "0 or 1"), ("contacts", "0 or 1")];
 
@@ -164,7 +164,7 @@ mod tests {
         assert_eq!(of_null.options, QueryOptions::default());
     }
 
-    /// Names of the members of `ExtricateOptions` in the header, and their comments.
+    /// Reads the names of the members of `ExtricateOptions` in the header, and their comments.
     fn members() -> Vec<(String, String)> {
         let header = include_str!("../include/extricate.h");
         let (_, inside) = header.split_once("typedef struct ExtricateOptions {").unwrap();
@@ -175,7 +175,7 @@ mod tests {
                 comment += text;
                 continue;
             }
-            // `type name;`, or `type (*name)(..);` of a function.
+            // A member is `type name;`, or `type (*name)(..);` if it is a function.
             let declared = line.split_once("(*").map_or(line, |(_, after)| after);
             let declared = declared.split([')', ';']).next().unwrap();
             let name = declared.rsplit([' ', '*']).next().unwrap();
@@ -184,7 +184,7 @@ mod tests {
         members
     }
 
-    /// The defaults as the header writes them.
+    /// Spells a default as the header does.
     fn default_of(member: &str) -> String {
         let given = defaults();
         let count = |count: usize| if count == usize::MAX { "SIZE_MAX".into() } else { count.to_string() };

@@ -1,9 +1,9 @@
-//! Pointers of the caller, as references and slices. Nothing else here dereferences any.
+//! Turns pointers of the caller into references and slices. No other module dereferences them.
 //!
-//! All functions have one safety contract, that of `include/extricate.h`: a pointer is null, or
-//! points to as many live values of its type as was said, which nobody writes meanwhile; those that
-//! are written to are used by nobody else meanwhile. What can be seen is checked: null, alignment,
-//! and lengths that no memory has.
+//! All functions have one safety contract, that of `include/extricate.h`. A pointer is null, or
+//! points to as many live values of its type as the caller says. During the call nobody else writes
+//! to these values, nor uses those that the call writes. Null pointers, wrong alignment and
+//! impossible lengths are detected and refused.
 
 #![allow(unsafe_code)]
 
@@ -12,11 +12,10 @@ use std::mem::MaybeUninit;
 
 use crate::status::{Fault, Result};
 
-/// Memory of the caller for one value; what is there is not read.
+/// Memory of the caller for one value; it may be uninitialised and is never read.
 pub struct Place<'a, T>(&'a mut MaybeUninit<T>);
 
 impl<T> Place<'_, T> {
-    /// Writes the value.
     pub fn put(self, value: T) {
         self.0.write(value);
     }
@@ -29,47 +28,47 @@ impl<T> Place<'_, *mut T> {
     }
 }
 
-/// Memory of the caller for values in a row.
+/// Memory of the caller for consecutive values.
 pub struct Places<'a, T>(&'a mut [MaybeUninit<T>]);
 
 impl<'a, T: Copy> Places<'a, T> {
-    /// Writes value after value; never beyond the end.
+    /// Writes one value after another, never beyond the end.
     pub fn fill(&mut self, values: impl IntoIterator<Item = T>) {
         self.0.iter_mut().zip(values).for_each(|(place, value)| {
             place.write(value);
         });
     }
 
-    /// In parts of `size` places.
+    /// Splits the memory into parts of `size` values.
     pub fn parts(self, size: usize) -> impl Iterator<Item = Places<'a, T>> {
         self.0.chunks_mut(size.max(1)).map(Places)
     }
 }
 
-/// A handle that is only read.
+/// Returns a handle that the call only reads.
 ///
 /// # Safety
-/// That of this module.
+/// The contract of this module.
 pub unsafe fn shared<'a, T>(at: *const T, name: &str) -> Result<&'a T> {
     check(at, 1, name)?;
     // SAFETY: not null and aligned, and live by the contract.
     Ok(unsafe { &*at })
 }
 
-/// A handle that nobody else uses meanwhile.
+/// Returns a handle that nobody else uses during the call.
 ///
 /// # Safety
-/// That of this module.
+/// The contract of this module.
 pub unsafe fn exclusive<'a, T>(at: *mut T, name: &str) -> Result<&'a mut T> {
     check(at, 1, name)?;
     // SAFETY: not null and aligned, live and unshared by the contract.
     Ok(unsafe { &mut *at })
 }
 
-/// Values in a row; null if there are none.
+/// Returns consecutive values; the pointer may be null if there are none.
 ///
 /// # Safety
-/// That of this module.
+/// The contract of this module.
 pub unsafe fn slice<'a, T>(at: *const T, count: usize, name: &str) -> Result<&'a [T]> {
     if count == 0 {
         return Ok(&[]);
@@ -79,33 +78,33 @@ pub unsafe fn slice<'a, T>(at: *const T, count: usize, name: &str) -> Result<&'a
     Ok(unsafe { std::slice::from_raw_parts(at, count) })
 }
 
-/// Where one value is to be written.
+/// Returns the memory that one value is written to.
 ///
 /// # Safety
-/// That of this module.
+/// The contract of this module.
 pub unsafe fn place<'a, T>(at: *mut T, name: &str) -> Result<Place<'a, T>> {
     check(at, 1, name)?;
-    // SAFETY: as in `exclusive`; what is there may be uninitialised.
+    // SAFETY: as in `exclusive`; `MaybeUninit` allows uninitialised memory.
     Ok(Place(unsafe { &mut *at.cast::<MaybeUninit<T>>() }))
 }
 
-/// Where values are to be written.
+/// Returns the memory that consecutive values are written to.
 ///
 /// # Safety
-/// That of this module.
+/// The contract of this module.
 pub unsafe fn places<'a, T>(at: *mut T, count: usize, name: &str) -> Result<Places<'a, T>> {
     if count == 0 {
         return Ok(Places(&mut []));
     }
     check(at, count, name)?;
-    // SAFETY: as in `slice`; unshared by the contract, and what is there may be uninitialised.
+    // SAFETY: as in `slice`; unshared by the contract. `MaybeUninit` allows uninitialised memory.
     Ok(Places(unsafe { std::slice::from_raw_parts_mut(at.cast::<MaybeUninit<T>>(), count) }))
 }
 
-/// Text in UTF-8.
+/// Reads a text in UTF-8.
 ///
 /// # Safety
-/// That of this module; a zero ends it.
+/// The contract of this module; a zero ends the text.
 pub unsafe fn text<'a>(at: *const c_char, name: &str) -> Result<&'a str> {
     check(at, 1, name)?;
     // SAFETY: not null, and ended by a zero by the contract.
@@ -116,19 +115,19 @@ pub unsafe fn text<'a>(at: *const c_char, name: &str) -> Result<&'a str> {
     })
 }
 
-/// Text in UTF-8; null stands for none.
+/// Reads a text in UTF-8; null stands for none.
 ///
 /// # Safety
-/// That of [`text`].
+/// The contract of [`text`].
 pub unsafe fn optional_text<'a>(at: *const c_char, name: &str) -> Result<Option<&'a str>> {
     // SAFETY: the same contract.
     if at.is_null() { Ok(None) } else { unsafe { text(at, name) }.map(Some) }
 }
 
-/// Texts in a row.
+/// Reads consecutive texts.
 ///
 /// # Safety
-/// That of [`slice`], and of [`text`] for each.
+/// The contract of [`slice`], and of [`text`] for each.
 pub unsafe fn texts<'a>(at: *const *const c_char, count: usize, name: &str) -> Result<Vec<&'a str>> {
     // SAFETY: the same contracts.
     let all = unsafe { slice(at, count, name) }?;
@@ -136,10 +135,10 @@ pub unsafe fn texts<'a>(at: *const *const c_char, count: usize, name: &str) -> R
     all.iter().enumerate().map(|(k, at)| unsafe { text(*at, &format!("{name}[{k}]")) }).collect()
 }
 
-/// Takes a handle back; null is none.
+/// Takes a handle back and frees it; null is ignored.
 ///
 /// # Safety
-/// It came from [`Place::hand_over`], and is used no more.
+/// The handle came from [`Place::hand_over`], and is not used again.
 pub unsafe fn take_back<T>(at: *mut T) {
     if !at.is_null() {
         // SAFETY: made by `Box::into_raw`, and given back once by the contract.
@@ -147,7 +146,7 @@ pub unsafe fn take_back<T>(at: *mut T) {
     }
 }
 
-/// A question of the caller, with what it is asked about.
+/// A function of the caller, with the data that it is called with.
 #[derive(Clone, Copy)]
 pub struct Callback {
     function: unsafe extern "C" fn(*mut c_void) -> bool,
@@ -166,7 +165,6 @@ impl Callback {
         Self { function, data }
     }
 
-    /// What the caller says.
     pub fn ask(&self) -> bool {
         // SAFETY: by the contract of `new`.
         unsafe { (self.function)(self.data) }
@@ -192,7 +190,7 @@ mod tests {
     fn what_can_be_seen_is_refused() {
         let numbers = [1.0, 2.0, 3.0];
         let at = numbers.as_ptr();
-        // SAFETY: the array is live; what is refused is not dereferenced.
+        // SAFETY: the array is live; pointers that are refused are not dereferenced.
         unsafe {
             assert_eq!(slice(at, 3, "q"), Ok(&numbers[..]));
             assert_eq!(slice::<f64>(std::ptr::null(), 0, "q"), Ok(&[][..]));

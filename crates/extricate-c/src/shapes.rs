@@ -1,4 +1,4 @@
-//! Obstacles, as C describes them, through the library's own checks.
+//! Reads obstacles from the structures of C callers, with the library's own checks.
 
 #![allow(unsafe_code)]
 
@@ -15,10 +15,10 @@ use crate::abi::types::{
 use crate::raw;
 use crate::status::{Fault, Result};
 
-/// What messages call what did not come from a file.
+/// Name in messages of obstacles that came from no file.
 const NAME: &str = "scene";
 
-/// A pose, or why it is none.
+/// Reads a pose; messages name it `element`.
 pub fn pose(element: &str, given: &ExtricatePose) -> Result<Pose> {
     Ok(entry(given).pose(NAME, element)?)
 }
@@ -27,13 +27,13 @@ fn entry(given: &ExtricatePose) -> PoseEntry {
     PoseEntry { xyz: given.position, quat_xyzw: Some(given.quaternion), ..PoseEntry::default() }
 }
 
-/// The bodies of obstacles, and what is to be said of the files that they are read from.
+/// Returns the bodies of obstacles, and warnings about them.
 ///
 /// # Safety
-/// That of [`crate::raw`].
+/// The contract of [`crate::raw`].
 ///
 /// # Errors
-/// Names the obstacle, what is wrong and what was expected.
+/// The message names the obstacle, what is wrong and what was expected.
 pub unsafe fn bodies(given: &[ExtricateObstacle]) -> Result<(Vec<Body>, Vec<String>)> {
     let read = |(at, given): (usize, &ExtricateObstacle)| -> Result<ObstacleEntry> {
         // SAFETY: the contract of this function.
@@ -47,11 +47,11 @@ pub unsafe fn bodies(given: &[ExtricateObstacle]) -> Result<(Vec<Body>, Vec<Stri
 }
 
 /// # Safety
-/// That of [`crate::raw`].
+/// The contract of [`crate::raw`].
 unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
     let [x, y, z] = given.size;
     let none = ShapeEntry::default();
-    // SAFETY: the contract of this function: three numbers a point.
+    // SAFETY: the contract of this function: three numbers per point.
     let points = || unsafe { rows(given.points, given.point_count, &format!("{element}: points")) };
     Ok(match given.kind {
         EXTRICATE_BOX => ShapeEntry { cuboid: Some([x, y, z]), ..none },
@@ -59,14 +59,14 @@ unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
         EXTRICATE_CYLINDER => ShapeEntry { cylinder: Some([x, y]), ..none },
         EXTRICATE_CAPSULE => ShapeEntry { capsule: Some([x, y]), ..none },
         EXTRICATE_MESH => {
-            // SAFETY: the same: three indices a triangle.
+            // SAFETY: the same: three indices per triangle.
             let triangles = unsafe { rows(given.triangles, given.triangle_count, &format!("{element}: triangles")) }?;
             let mesh = from_arrays(element, &points()?, triangles)?;
             ShapeEntry { triangles: Some(Arc::new(mesh)), convex: given.convex != 0, ..none }
         }
         EXTRICATE_POINTS => scenery(Geometry::Points(Arc::new(PointCloud::new(NAME, element, x, &points()?)?))),
         EXTRICATE_VOXELS => {
-            // SAFETY: the same: three indices a cell.
+            // SAFETY: the same: three indices per cell.
             let cells = unsafe { rows(given.cells, given.cell_count, &format!("{element}: cells")) }?;
             scenery(Geometry::Voxels(Arc::new(Voxels::new(NAME, element, x, cells)?)))
         }
@@ -83,7 +83,7 @@ fn scenery(geometry: Geometry) -> ShapeEntry {
 }
 
 /// # Safety
-/// That of [`crate::raw`], for three values a row.
+/// The contract of [`crate::raw`], for three values per row.
 unsafe fn rows<T: Copy>(at: *const T, count: usize, name: &str) -> Result<Vec<[T; 3]>> {
     // SAFETY: the contract of this function; an array is laid out as its values.
     Ok(unsafe { raw::slice(at.cast::<[T; 3]>(), count, name) }?.to_vec())

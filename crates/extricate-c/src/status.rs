@@ -1,5 +1,4 @@
-//! What went wrong, as a number and a message that the thread remembers; and the fence that no
-//! panic passes.
+//! Reports failures as a number and a message that the thread keeps, and lets no panic pass.
 
 use std::cell::RefCell;
 use std::ffi::{CStr, CString};
@@ -17,15 +16,14 @@ use crate::abi::types::{
 pub struct Fault {
     /// One of the `EXTRICATE_*` codes.
     pub status: ExtricateStatus,
-    /// Element, value and what was expected.
+    /// Names the element, its value and what was expected.
     pub message: String,
 }
 
-/// `Result` with a [`Fault`].
 pub type Result<T> = std::result::Result<T, Fault>;
 
 impl Fault {
-    /// An argument that makes no sense.
+    /// Makes the fault of an argument that makes no sense.
     pub fn argument(message: impl Into<String>) -> Self {
         Self { status: EXTRICATE_ARGUMENT, message: message.into() }
     }
@@ -49,8 +47,8 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Does `work`, remembers the message if it fails, and stops panics, which are faults of this
-/// library: the caller could not unwind.
+/// Runs `work`, and keeps the message if it fails. Panics are bugs of this library and end here,
+/// because C callers cannot unwind.
 pub fn guarded(work: impl FnOnce() -> Result<()>) -> ExtricateStatus {
     let fault = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => return EXTRICATE_OK,
@@ -61,18 +59,18 @@ pub fn guarded(work: impl FnOnce() -> Result<()>) -> ExtricateStatus {
             Fault { status: EXTRICATE_INTERNAL, message: format!("internal error, please report it: {text}") }
         }
     };
-    // The message of a thread that ends may be gone already: destructors of other variables of the
-    // thread run after that of this one.
+    // While a thread ends, its message may be gone already: destructors of other variables of the
+    // thread may run after that of this one.
     let _ = LAST.try_with(|last| last.replace(c_string(&fault.message)));
     fault.status
 }
 
-/// The message of the last failure on this thread, to `read`.
+/// Passes the message of the last failure on this thread to `read`.
 pub fn last_error<T>(read: impl Fn(&CStr) -> T) -> T {
     LAST.try_with(|last| read(&last.borrow())).unwrap_or_else(|_| read(c"the thread ends: its messages are gone"))
 }
 
-/// As C has text: up to the first zero, which names of files cannot hold but messages might.
+/// Converts a text for C, up to its first zero; names of files hold none, but messages might.
 pub fn c_string(text: &str) -> CString {
     let text: Vec<u8> = text.bytes().take_while(|byte| *byte != 0).collect();
     CString::new(text).unwrap_or_default()
@@ -99,7 +97,7 @@ mod tests {
     #[test]
     fn calls_that_fail_while_a_thread_ends_give_a_status() {
         use std::sync::mpsc::{Sender, channel};
-        /// Makes a call that fails when its thread ends, and tells what became of it.
+        /// Makes a call that fails while its thread ends, and sends what the call returned.
         struct AtTheEnd(Sender<(ExtricateStatus, String)>);
         impl Drop for AtTheEnd {
             fn drop(&mut self) {
@@ -112,7 +110,7 @@ mod tests {
         }
         let (sender, told) = channel();
         let work = move || {
-            // What was made first is destroyed last.
+            // The first variable of a thread is destroyed last.
             END.set(Some(AtTheEnd(sender)));
             assert_eq!(guarded(|| Err(Fault::argument("early"))), EXTRICATE_ARGUMENT);
         };

@@ -1,9 +1,9 @@
-//! `include/extricate.h` is what cbindgen makes of the sources. Write it anew with
+//! Checks that `include/extricate.h` is what cbindgen makes of the sources. Write it anew with
 //! `UPDATE_HEADER=1 cargo test -p extricate-c header`.
 
 use std::path::Path;
 
-/// In the order of the header.
+/// Modules, in the order in which the header has their items.
 const SOURCES: &[&str] =
     &["types", "handles", "names", "scene", "world", "solver", "answer", "check", "batch", "stream"];
 
@@ -16,7 +16,7 @@ fn the_header_is_fresh() {
     });
     let mut written = Vec::new();
     of_sources.generate().unwrap().write(&mut written);
-    // What rustdoc escapes is plain to readers of a header.
+    // rustdoc needs brackets to be escaped; readers of a header do not.
     let written = String::from_utf8(written).unwrap().replace("\\[", "[").replace("\\]", "]");
     let path = root.join("include/extricate.h");
     if std::env::var_os("UPDATE_HEADER").is_some() {

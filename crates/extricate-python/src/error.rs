@@ -1,5 +1,5 @@
-//! From the library's errors and warnings to the built-in exceptions that a Python user expects;
-//! the message stays.
+//! Converts the library's errors and warnings to built-in Python exceptions with the same message,
+//! and reads counts and seeds.
 
 use std::ffi::CString;
 use std::io;
@@ -12,12 +12,12 @@ use pyo3::types::PyInt;
 
 use crate::long_call;
 
-/// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` if
-/// nothing wanted was found in time, otherwise `ValueError`.
+/// Returns the exception for `error`: `OSError` (`FileNotFoundError`, ...) for files,
+/// `RuntimeError` if a search found nothing or was interrupted, otherwise `ValueError`.
 pub fn exception(error: Error) -> PyErr {
     let message = error.to_string();
     match error {
-        // The library's message in place of the system's, which names no file.
+        // Keep the library's message: that of the system names no file.
         Error::Read { source, .. } | Error::Write { source, .. } => {
             if source.kind() == io::ErrorKind::Other {
                 PyOSError::new_err(message)
@@ -28,7 +28,7 @@ pub fn exception(error: Error) -> PyErr {
         Error::Named { kind, .. } if kind != io::ErrorKind::Other => io::Error::new(kind, message).into(),
         Error::NothingFree { .. } => PyRuntimeError::new_err(in_python(&message)),
         Error::Interrupted | Error::Unlikely(_) => PyRuntimeError::new_err(message),
-        // Options are arguments here.
+        // In Python, options of the library are arguments, which messages name first.
         Error::Option { name, value, expected } => {
             PyValueError::new_err(format!("{name}: got {value}, expected {expected}"))
         }
@@ -36,27 +36,27 @@ pub fn exception(error: Error) -> PyErr {
     }
 }
 
-/// Advice for scene files, in terms of the arguments of `Scene`.
+/// Rewrites advice for scene files in terms of the arguments of `Scene`.
 fn in_python(message: &str) -> String {
     message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=[")
 }
 
-/// What to say of a scene if nothing free was found. Looked for once: it takes as long as many
-/// queries, whatever their budgets.
+/// Advice for a scene in which a query found nothing free. It is computed once, because it takes
+/// as long as many queries, whatever their budgets.
 #[derive(Default)]
 pub struct Advice(OnceLock<Option<String>>);
 
 impl Advice {
-    /// Raises a `UserWarning` if nothing free was found because some pairs collide wherever one
-    /// looks: which ones, and what to do. `solver` is always the same one.
+    /// Raises a `UserWarning` if some pairs collide in all sampled configurations; it names them
+    /// and says what to do. Every call has to pass the same `solver`.
     ///
     /// # Errors
-    /// The warning, if warnings are errors; what [`long_call::run`] raises.
+    /// The warning, if warnings are errors; the exceptions of [`long_call::run`].
     pub fn warn(&self, py: Python<'_>, solver: &extricate::Solver) -> PyResult<()> {
         if self.0.get().is_none() {
             let look = |line: &long_call::Line<()>| solver.checker().advice_if_never_free(|| line.stopped());
             let found = long_call::run(py, |_, ()| Ok(()), look)?;
-            // Another thread may have been faster, with the same.
+            // Another thread may have set the same advice already.
             let _ = self.0.set(found);
         }
         let told = |advice: &String| warn(py, &format!("no free configuration was found; {}", in_python(advice)));
@@ -64,24 +64,23 @@ impl Advice {
     }
 }
 
-/// Raises a `UserWarning`; an error if warnings are errors.
+/// Raises a `UserWarning`, which is returned as an error if warnings are errors.
 pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(text)?, 1)
 }
 
-/// The scene, after a `UserWarning` for each of its warnings.
+/// Returns the scene after a `UserWarning` for each of its warnings.
 pub fn warned(py: Python<'_>, scene: Scene) -> PyResult<Arc<Scene>> {
     scene.warnings().iter().try_for_each(|warning| warn(py, warning))?;
     Ok(Arc::new(scene))
 }
 
-/// A whole number, written as one or as a float such as `1e5`; or what was given in its place.
+/// An argument that should be a whole number, written as one or as a float such as `1e5`.
 pub enum Whole {
-    /// The number.
     Number(i64),
-    /// Another one.
+    /// A number that is not whole.
     Fraction(f64),
-    /// Neither, by its type.
+    /// The type of a value that is no number.
     Other(String),
 }
 
@@ -93,7 +92,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
             return Ok(Self::Number(number));
         }
         Ok(match value.extract::<f64>() {
-            // Beyond these, floats are whole whatever was meant.
+            // From 2^53 = 9.007e15, every float is whole, so a fraction would go unnoticed.
             Ok(x) if x.fract() == 0.0 && x.abs() < 9e15 => Self::Number(x as i64),
             Ok(x) => Self::Fraction(x),
             Err(_) => Self::Other(crate::entries::kind(&value)),
@@ -101,7 +100,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
     }
 }
 
-/// `value` as a count, if it is at least `least`.
+/// Reads `value` as a count of at least `least`.
 pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
     match value {
         Whole::Number(number) => match usize::try_from(number) {
@@ -113,17 +112,17 @@ pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
     }
 }
 
-/// Most threads that may be asked for: starting more takes longer than they could save anywhere.
-const MOST_THREADS: i64 = 1024;
+/// Most threads of a call: starting more takes longer than they could save on any machine.
+const MAX_THREADS: i64 = 1024;
 
-/// `value` as a number of threads, 0 for one per core.
+/// Reads `value` as a number of threads; 0 stands for one per core.
 pub fn threads(value: i64) -> PyResult<usize> {
-    let count = usize::try_from(value).ok().filter(|_| value <= MOST_THREADS);
-    let wrong = || PyValueError::new_err(format!("threads: got {value}, expected 0 (one per core) to {MOST_THREADS}"));
+    let count = usize::try_from(value).ok().filter(|_| value <= MAX_THREADS);
+    let wrong = || PyValueError::new_err(format!("threads: got {value}, expected 0 (one per core) to {MAX_THREADS}"));
     count.ok_or_else(wrong)
 }
 
-/// The argument `seed`.
+/// The argument `seed`, a whole number of 64 bits.
 pub struct Seed(pub u64);
 
 impl<'py> FromPyObject<'_, 'py> for Seed {

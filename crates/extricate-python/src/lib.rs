@@ -1,7 +1,7 @@
-//! The Python module `extricate._extricate`: a thin shell around the library. What users see is put
-//! together in `python/extricate/__init__.py`.
+//! The Python module `extricate._extricate`, a thin shell around the library. Users import its
+//! classes and functions from `python/extricate/__init__.py`.
 
-// Arguments of a function of Python, keyword ones too, are parameters here.
+// Every argument of a Python function, keywords included, is a parameter here.
 #![allow(clippy::too_many_arguments)]
 
 mod entries;

@@ -1,5 +1,5 @@
-//! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended
-//! by Ctrl-C, or left alone if it cannot be ended.
+//! Runs long work without the interpreter lock, on its own threads or the calling one. Ctrl-C ends
+//! the work, or abandons it if it cannot be ended.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,11 +13,11 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// How often the calling thread looks for signals and news: often enough that a bar moves smoothly
-/// and Ctrl-C seems to work at once.
-const PERIOD: Duration = Duration::from_millis(50);
+/// Period at which the calling thread polls signals and news: short enough that a bar moves
+/// smoothly and Ctrl-C seems to work at once.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
 
-/// What the work and the calling thread tell each other.
+/// Connects the work and the calling thread: a stop flag one way, the latest news the other.
 pub struct Line<News> {
     stop: Arc<AtomicBool>,
     news: Mutex<Option<News>>,
@@ -29,12 +29,12 @@ impl<News> Line<News> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The same, for work that is told to go on or not.
+    /// [`Line::stopped`] as a control flow.
     pub fn flow(&self) -> ControlFlow<()> {
         if self.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The same, for queries.
+    /// [`Line::stopped`] as a stop of queries.
     pub fn stop(&self) -> Stop {
         let stop = Arc::clone(&self.stop);
         Stop::when(move || stop.load(Ordering::Relaxed))
@@ -51,11 +51,11 @@ impl<News> Line<News> {
 }
 
 /// Runs `work` on a new thread without the interpreter lock; the calling thread passes news to
-/// `hear` and looks for signals.
+/// `hear` and polls signals.
 ///
 /// # Errors
-/// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, once the work has ended;
-/// it is asked to. RuntimeError if the system starts no thread.
+/// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, which sets the stop flag
+/// and is returned once the work has ended. `RuntimeError` if the system starts no thread.
 pub fn run<T: Send, News: Send>(
     py: Python<'_>,
     hear: impl Fn(Python<'_>, News) -> PyResult<()> + Sync,
@@ -64,7 +64,7 @@ pub fn run<T: Send, News: Send>(
     let line = Line { stop: Arc::default(), news: Mutex::new(None) };
     py.detach(|| {
         thread::scope(|scope| {
-            // Never sent on: it closes when the work is done, also if that panics.
+            // Nothing is ever sent: the channel closes when the work ends, also by a panic.
             let (open, done) = mpsc::channel::<()>();
             let line = &line;
             let worker = thread::Builder::new().spawn_scoped(scope, move || {
@@ -74,7 +74,7 @@ pub fn run<T: Send, News: Send>(
             let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
             let mut failure = None;
             loop {
-                let waiting = done.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout);
+                let waiting = done.recv_timeout(POLL_PERIOD) == Err(RecvTimeoutError::Timeout);
                 if failure.is_none() {
                     let listen = |py: Python<'_>| {
                         py.check_signals()?;
@@ -98,7 +98,7 @@ pub fn run<T: Send, News: Send>(
     })
 }
 
-/// As [`aside`], for work on all threads of the current pool: it has a pool of its own.
+/// Runs `work` as [`aside`] does, but on a pool of its own, which work on many threads needs.
 ///
 /// # Errors
 /// As [`aside`] and [`pool`].
@@ -107,20 +107,20 @@ pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send 
     aside(py, move || pool.install(work))
 }
 
-/// Runs `work`, which cannot be told to stop, on a new thread without the interpreter lock; the
-/// calling thread looks for signals.
+/// Runs `work`, which cannot be stopped, on a new thread without the interpreter lock; the calling
+/// thread polls signals.
 ///
 /// # Errors
-/// The exception of a signal handler (`KeyboardInterrupt`), at once: the work goes on, and what
-/// it finds is thrown away. RuntimeError if the system starts no thread.
+/// The exception of a signal handler (`KeyboardInterrupt`), at once: the work goes on, and its
+/// result is dropped. `RuntimeError` if the system starts no thread.
 pub fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
     let (tell, found) = mpsc::channel();
-    // Nobody may be there to hear it.
+    // The receiver is gone if a signal handler raised.
     let worker = thread::Builder::new().spawn(move || drop(tell.send(work())));
     let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
     py.detach(move || {
         loop {
-            match found.recv_timeout(PERIOD) {
+            match found.recv_timeout(POLL_PERIOD) {
                 Ok(found) => return Ok(found),
                 Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -131,8 +131,8 @@ pub fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send 
     })
 }
 
-/// Runs `work`, which reads or prepares geometry, without the interpreter lock and on a pool of its
-/// own: the library does both on all threads of the current pool.
+/// Runs `work`, which reads or prepares geometry, without the interpreter lock. It gets a pool of
+/// its own, because the library does both on all threads of the current pool.
 ///
 /// # Errors
 /// As [`pool`].
@@ -141,36 +141,35 @@ pub fn pooled<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyRes
     Ok(py.detach(|| pool.install(work)))
 }
 
-/// Looks for signals on behalf of queries on the calling thread, which ask it before each step:
-/// starting a thread, as [`run`] does, takes longer than most queries.
+/// Polls signals for queries on the calling thread, which call it before each step. Starting a
+/// thread, as [`run`] does, would take longer than most queries.
 #[derive(Clone)]
 pub struct Watch(Arc<Mutex<Watched>>);
 
 struct Watched {
-    /// When to look.
+    /// Time of the next poll.
     next: Instant,
-    /// What a signal handler raised.
+    /// The exception that a signal handler raised.
     failure: Option<PyErr>,
 }
 
 impl Watch {
-    /// One that has seen nothing.
     pub fn new() -> Self {
-        Self(Arc::new(Mutex::new(Watched { next: Instant::now() + PERIOD, failure: None })))
+        Self(Arc::new(Mutex::new(Watched { next: Instant::now() + POLL_PERIOD, failure: None })))
     }
 
-    /// What a query asks.
+    /// Returns the stop that ends a query once a signal handler has raised an exception.
     pub fn stop(&self) -> Stop {
         let watch = self.clone();
         Stop::when(move || watch.has_failed())
     }
 
-    /// Runs `work`, which asks [`Watch::stop`] and does not hold the interpreter lock.
+    /// Runs `work`, which polls [`Watch::stop`] and does not hold the interpreter lock.
     ///
     /// # Errors
     /// The exception of a signal handler (`KeyboardInterrupt`).
     pub fn over<T>(&self, work: impl FnOnce() -> T) -> PyResult<T> {
-        self.watched().next = Instant::now() + PERIOD;
+        self.watched().next = Instant::now() + POLL_PERIOD;
         let result = work();
         self.watched().failure.take().map_or(Ok(result), Err)
     }
@@ -181,8 +180,8 @@ impl Watch {
         if watched.failure.is_some() || now < watched.next {
             return watched.failure.is_some();
         }
-        watched.next = now + PERIOD;
-        // A signal handler may do anything, for long; nothing is held meanwhile.
+        watched.next = now + POLL_PERIOD;
+        // A signal handler may take long and call anything, so nothing is locked meanwhile.
         drop(watched);
         let failure = Python::attach(|py| py.check_signals()).err();
         let has_failed = failure.is_some();
@@ -197,11 +196,11 @@ impl Watch {
 
 const UNPOISONED: &str = "never poisoned: nothing panics while it is held";
 
-/// A pool of `threads` threads, 0 for one per core. Every call has its own: a global one would not
-/// survive `fork`.
+/// Makes a pool of `threads` threads, 0 for one per core. Every call has its own: a global one
+/// would not survive `fork`.
 ///
 /// # Errors
-/// `OSError` if the system starts no such number of threads.
+/// `OSError` if the system does not start that many threads.
 pub fn pool(threads: usize) -> PyResult<ThreadPool> {
     let refused = |error| PyOSError::new_err(format!("threads: cannot start {threads} ({error})"));
     ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)

@@ -1,4 +1,4 @@
-"""What the tests share: small built-in scenes and models, learned once."""
+"""Fixtures of the tests: small built-in scenes and models, learned once."""
 
 import signal
 from typing import Any, Callable
@@ -9,15 +9,15 @@ import pytest
 
 import extricate
 
-# A process that was started in the background may have inherited that interrupts are ignored: those that the tests send would
-# never arrive, and what they should end would go on for hours.
+# A process that was started in the background may ignore interrupts. Those that the tests send would then have no effect, and calls
+# that they should end would run for hours.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LABELS = 20_000
 
 
 def batch_of(asked: Any) -> Callable[..., npt.NDArray[np.void]]:
-    """The call of a scene, a model or a solver that answers many queries."""
+    """Returns the method of a scene, a model or a solver that answers many queries."""
     batch: Callable[..., npt.NDArray[np.void]] = asked.batch if isinstance(asked, extricate.Solver) else asked.query_batch
     return batch
 

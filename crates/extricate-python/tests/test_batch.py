@@ -1,4 +1,4 @@
-"""What batches tell beside the nearest exit: several, the straight segment, pairs."""
+"""Batches return more than the nearest exit: several exits, the straight segment, pairs."""
 
 import numpy as np
 import pytest

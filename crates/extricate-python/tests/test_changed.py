@@ -1,4 +1,4 @@
-"""Scenes that changed: a model of another one is asked there."""
+"""Queries in a changed scene with the model of the scene before."""
 
 import pickle
 
@@ -13,7 +13,7 @@ LOCKED = Robot(URDF, locked={"joint_1": 0.3})
 
 
 def scene_with(post: float, **options: float) -> Scene:
-    """The built-in arm, two of its joints, before two posts, one of which stands at x = `post` [m]."""
+    """Makes the built-in arm with its first joint locked and two posts, one of them at x = `post` [m]."""
     return Scene(LOCKED, [Cylinder(0.12, 0.4, (post, 0.3, 0)), Cylinder(0.14, 0.4, (0.8, -0.35, 0))], **options)
 
 
@@ -34,7 +34,7 @@ def changed(before: Model, after: Scene) -> Solver:
 
 def test_answers_hold_in_the_changed_scene(before: Model, after: Scene, changed: Solver) -> None:
     Q = after.sample(100, seed=5, colliding=True)
-    assert not after.check(before.query_batch(Q)["witness"]).all()  # what the old scene says would not do
+    assert not after.check(before.query_batch(Q)["witness"]).all()  # Witnesses of the old scene do not all hold.
     anew = extricate.learn(after, labels=20_000).query_batch(Q)["depth"]
     batch = changed.batch(Q, threads=2)
     assert after.check(batch["witness"]).all() and batch["verified"].all() and not batch["free"].any()

@@ -1,4 +1,4 @@
-"""What `help` shows: every class, method, property and field is described."""
+"""`help` describes every class, method, property and field."""
 
 import dataclasses
 import inspect

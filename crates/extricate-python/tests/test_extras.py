@@ -65,7 +65,7 @@ def test_a_mujoco_model_has_its_pairs_and_its_verdicts() -> None:
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(model, data)
         assert all(contact.dist >= 0 for contact in data.contact[: data.ncon])
-    # The same in MuJoCo's own coordinates; what is free stays.
+    # `reset` does the same in MuJoCo's own coordinates, and leaves free states unchanged.
     states = robot.qpos(Q[:40])
     reset, moved = robot.reset(states, scene=scene)
     assert ((moved > 0) == mine[:40]).all() and (reset[~mine[:40]] == states[~mine[:40]]).all()
@@ -106,7 +106,7 @@ PACKAGE = "<package format='2'><name>arm_description</name></package>"
 
 
 def test_a_xacro_file_lies_in_packages(tmp_path: pathlib.Path) -> None:
-    """The folder has another name than the package, as many of those of vendors have."""
+    """The folder has another name than the package, as in many repositories of vendors."""
     pytest.importorskip("xacrodoc")
     vendor = tmp_path / "vendor-arm"
     (vendor / "urdf").mkdir(parents=True)
@@ -130,7 +130,7 @@ def test_a_xacro_file_lies_in_packages(tmp_path: pathlib.Path) -> None:
 
 
 def test_a_xacro_file_finds_packages_beside_it(tmp_path: pathlib.Path) -> None:
-    """By the rule by which a URDF finds them, `$(find NAME)` too."""
+    """Packages are found by the rule for URDFs, also in `$(find NAME)`."""
     pytest.importorskip("xacrodoc")
     for folder in ("src/beside_arm/urdf", "src/beside_parts"):
         (tmp_path / folder).mkdir(parents=True)
@@ -237,7 +237,7 @@ def test_shapes_and_limits_of_an_sdf_are_taken_or_refused(tmp_path: pathlib.Path
 def test_the_rest_of_the_world_of_an_sdf_stands(tmp_path: pathlib.Path) -> None:
     ground = """<model name="ground"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal>
       </plane></geometry></collision></link></model>"""
-    # It stands although it has a joint that moves, and is called as a link is.
+    # The shelf is static although it has a joint that moves, and has the name of a link.
     shelf = sdf_model("<static>1</static><pose>2 0 4 0 0 0</pose>" + LINK + SLIDE).replace('"m"', '"a"')
     file = tmp_path / "w.sdf"
     file.write_text(f'<sdf version="1.9"><world name="w">{ground}{sdf_model(ABOVE + LINK + SLIDE)}{shelf}<include/></world></sdf>')
@@ -255,7 +255,7 @@ def test_the_rest_of_the_world_of_an_sdf_stands(tmp_path: pathlib.Path) -> None:
 def test_models_of_an_sdf_that_do_not_hang_together_stand_or_are_refused(tmp_path: pathlib.Path) -> None:
     loose = LINK.replace('"a"', '"b"').replace("<collision", "<pose>0 0 7 0 0 0</pose><collision", 1)
     file, ball = tmp_path / "m.sdf", [extricate.Sphere(0.1, [0, 0, 0], name="o")]
-    # Not said to be static, but nothing in it moves: an obstacle of two links.
+    # The model is not marked as static, but no joint moves it: it is an obstacle of two links.
     pieces = sdf_model("<pose>0 0 2 0 0 0</pose>" + LINK.replace('"a"', '"c"') + loose).replace('"m"', '"pieces"')
     file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE)}{pieces}</world></sdf>')
     scene = Scene(Robot.from_sdf(file), clearance=0)
@@ -267,7 +267,7 @@ def test_models_of_an_sdf_that_do_not_hang_together_stand_or_are_refused(tmp_pat
     file.write_text(f'<sdf version="1.9">{sdf_model(ring)}</sdf>')
     with pytest.raises(ValueError, match="model \"m\": got links each of which hangs on another, expected a tree"):
         Robot.from_sdf(file)
-    # What stands does so whatever its joints are: of unknown kinds, of two parents, in a ring.
+    # A static model may have any joints: of unknown kinds, with two parents, in a ring.
     for inside in (LINK + SLIDE.replace("prismatic", "screw"), ring, LINK + loose + 2 * SLIDE):
         static = sdf_model("<static>true</static><pose>0 0 3 0 0 0</pose>" + inside).replace('"m"', '"static"')
         file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE)}{static}</world></sdf>')
@@ -276,7 +276,7 @@ def test_models_of_an_sdf_that_do_not_hang_together_stand_or_are_refused(tmp_pat
 
 
 class OpenMesh:
-    """As open3d has it."""
+    """Mesh with the attributes of one of open3d."""
 
     def __init__(self, vertices: Any, triangles: Any) -> None:
         self.vertices, self.triangles = vertices, triangles
@@ -348,7 +348,7 @@ def test_obstacles_in_millimetres_are_told() -> None:
 
 
 def test_changed_scenes_carry_warnings(tmp_path: pathlib.Path) -> None:
-    """Those that a scene made at once has, and no more of what went."""
+    """A changed scene has the warnings of an equal scene made at once, and none of removed obstacles."""
     turning = SLIDER.replace("prismatic", "revolute").replace("10", "2")
     base, big = Scene(turning, [Box([1, 1, 1], [5, 0, 0], name="near")]), Box([300, 600, 400], [450, 0, 450], name="big")
     assert base.warnings == []
@@ -356,7 +356,7 @@ def test_changed_scenes_carry_warnings(tmp_path: pathlib.Path) -> None:
     surface = Mesh((CUBE[0], CUBE[1][:-1]), [5, 0, 0], name="open")
 
     def told(make: Any) -> Scene:
-        """Every warning that came is a UserWarning too."""
+        """Checks that `make` raises every warning of its scene as a UserWarning, and returns the scene."""
         with warnings.catch_warnings(record=True) as raised:
             warnings.simplefilter("always")
             scene = make()
@@ -366,7 +366,7 @@ def test_changed_scenes_carry_warnings(tmp_path: pathlib.Path) -> None:
     more = told(lambda: base.with_obstacles([big, surface]))
     assert len(more.warnings) == 2 and size in more.warnings[1] and "`open`: its mesh is open" in more.warnings[0]
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # nothing is told twice
+        warnings.simplefilter("error")  # No warning is raised twice.
         assert more.moved({"big": [900, 0, 0]}).warnings == more.warnings
         assert more.without(["near"]).warnings == more.warnings
         assert more.without(["big"]).warnings == more.warnings[:1] and more.without(["big", "open"]).warnings == []

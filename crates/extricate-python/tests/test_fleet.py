@@ -1,4 +1,4 @@
-"""Fleets: many scenes at once, on processes of this machine and, where Ray is installed, on two nodes of a cluster."""
+"""Fleets: many scenes at once, on processes of this machine and, if Ray is installed, on two nodes of a cluster."""
 
 import importlib.util
 import json
@@ -25,7 +25,7 @@ GRIPPER = """<robot name="gripper"><link name="palm"><collision><geometry><box s
 
 
 def objects(count: int) -> Dict[str, Scene]:
-    """Grippers that float among boxes of different sizes."""
+    """Makes grippers that float among boxes of different sizes."""
     robot = extricate.Robot(GRIPPER, base="planar", bounds=((-0.3, -0.3), (0.3, 0.3)))
     return {f"box{k}": Scene(robot, [extricate.Box([0.03 + 0.01 * k, 0.05, 0.1], name="box")]) for k in range(count)}
 
@@ -86,7 +86,7 @@ def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
 
 
 def children(of: int = 0) -> List[int]:
-    """Processes that do a job for this one, or for another."""
+    """Returns the ids of the workers of this process, or of another one."""
     found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "extricate.fleet._work" in line]
 
@@ -127,7 +127,7 @@ list(fleet.learn(scenes, sys.argv[1], labels=3_000_000, seed=4, workers=2))
 
 
 def is_running(pid: int) -> bool:
-    """Whether there is such a process, and it has not ended."""
+    """Whether there is a process with this id that has not ended."""
     try:
         return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
@@ -135,7 +135,7 @@ def is_running(pid: int) -> bool:
 
 
 def wait_for(what: Callable[[], Any], process: "subprocess.Popen[bytes]") -> None:
-    """Waits until something is true, which a process that runs will make true."""
+    """Waits until a running process has made a condition true."""
     until = time.monotonic() + 120
     while not what():
         assert process.poll() is None and time.monotonic() < until
@@ -159,7 +159,7 @@ def test_workers_end_with_their_run_and_the_next_one_begins(tmp_path: pathlib.Pa
     while any(is_running(pid) for pid in workers):
         assert time.monotonic() < until
         time.sleep(0.01)
-    # The lock of a run that was killed is in nobody's way.
+    # The lock of a killed run does not block the next one.
     assert [result.error for result in fleet.learn({"quick": objects(1)["box0"]}, tmp_path, labels=LABELS)] == [None]
 
 
@@ -174,7 +174,7 @@ def test_a_folder_has_one_run_at_a_time(tmp_path: pathlib.Path) -> None:
     waiting = fleet.learn({"box2": scenes["box2"]}, tmp_path, labels=LABELS)
     done = by_key(fleet.learn(scenes, tmp_path, labels=LABELS))
     assert done[first.key].cached and all(result.error is None for result in done.values())
-    # What another run learned before this one began is not lost.
+    # Models that another run learned before this one began are not lost.
     assert [result.cached for result in waiting] == [True]
     assert sorted(fleet.open(tmp_path)) == sorted(scenes)
 
@@ -281,7 +281,7 @@ def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
         for result in fleet.learn(scenes, tmp_path / "models", **learn):
             done[result.key] = result
             if len(done) == 3:
-                # As a machine that loses its power.
+                # The node stops like a machine that loses its power.
                 cluster.remove_node(lost, allow_graceful=False)
         # The cluster notices it late, when heartbeats are missed.
         until = time.monotonic() + 60
@@ -291,7 +291,7 @@ def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
         assert set(done) == set(scenes) and done.pop("box5").error.startswith("ValueError")
         assert len(done) == 11 and all(result.error is None for result in done.values())
 
-        # The scene is mended: it alone is learned.
+        # After the scene is repaired, it alone is learned.
         second = by_key(fleet.learn(good, tmp_path / "models", **learn))
         assert [key for key, result in second.items() if not result.cached] == ["box5"]
         assert all(result.cached for result in fleet.learn(good, tmp_path / "models", **learn))

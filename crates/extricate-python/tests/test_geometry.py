@@ -1,4 +1,4 @@
-"""Where bodies are, their triangles, and how near they come to each other."""
+"""Poses of bodies, their triangles, and their distances."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def test_bodies_are_where_forward_kinematics_says() -> None:
     np.testing.assert_allclose(poses[:, 0, :3, 3], [[1, 0, 1], [-2, 0, 1]])
     np.testing.assert_allclose(poses[:, 2, :3, 3], [[1, 3, 3], [-2, 3, 3]])
     np.testing.assert_allclose(poses[0, 1], [[0, -1, 0, 5], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-12)
-    # Beyond the limits, one alone, and a link without geometry.
+    # Configurations beyond the limits, a single one, and a link without geometry.
     np.testing.assert_allclose(scene.poses([11.0], of=["hook", "rail"])[:, :3, 3], [[11, 3, 1], [0, 0, 0]])
     with pytest.raises(ValueError, match="of: got `hok`, expected some of `rail`, `cart`, `hook`"):
         scene.poses([0.0], of=["hok"])
@@ -74,7 +74,7 @@ def test_contacts_are_told_of_free_configurations_too() -> None:
     scene = Scene(SLIDER, [Sphere(1, [5, 0, 1.5], "a"), Sphere(1, [-5, 0, 1.5], "b")], padding={"a": 0.5})
     found = scene.contacts([[2.5], [0.0], [3.5]], within=1.0)
     assert found["row"].tolist() == [0, 2] and found["pair"].tolist() == [0, 0]
-    # Whatever distance the pair keeps.
+    # Distances do not depend on the clearance that the pair keeps.
     np.testing.assert_allclose(found["distance"], [0.5, -0.5], atol=1e-9)
     np.testing.assert_allclose(found["points"][0], [[3.5, 0, 1.5], [4, 0, 1.5]], atol=1e-9)
     np.testing.assert_allclose(found["normal"], [[-1, 0, 0], [-1, 0, 0]], atol=1e-9)

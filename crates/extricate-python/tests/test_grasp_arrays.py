@@ -1,4 +1,4 @@
-"""Grasps as data sets keep them: arrays in and out."""
+"""Conversion of grasps from the arrays of data sets, and back."""
 
 import pathlib
 from typing import Any, Dict
@@ -14,7 +14,7 @@ JOINTS = ["index_spread", "index_curl", "middle_spread", "middle_curl", "thumb_c
 
 @pytest.fixture(scope="module")
 def hand(tmp_path_factory: pytest.TempPathFactory) -> extricate.Scene:
-    """The built-in hand, afloat."""
+    """Makes the built-in hand with a floating base."""
     folder: pathlib.Path = tmp_path_factory.mktemp("hand")
     for name, content in extricate.Scene.builtin_files("hand").items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -28,7 +28,7 @@ def hand(tmp_path_factory: pytest.TempPathFactory) -> extricate.Scene:
 def given(n: int = 20) -> Dict[str, Any]:
     rng = np.random.default_rng(1)
     turns = rng.normal(size=(n, 4))
-    # Half turns, no turn, and quarter turns about y, where roll and yaw are one.
+    # Half turns, no turn, and quarter turns about y, at which roll and yaw have the same axis.
     half = np.sqrt(0.5)
     turns[:6] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, half, 0, half], [0, -half, 0, half]]
     turns[6] = [0.5, 0.5, -0.5, 0.5]
@@ -55,7 +55,7 @@ def test_the_hand_stands_where_the_arrays_say(hand: extricate.Scene) -> None:
     for k, q in enumerate(Q):
         x, y, z, w = data["quat"][k]
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        # Rodrigues: independent of how the reader does it.
+        # Rodrigues' formula is independent of the implementation.
         assert root(hand, q)[:3, :3] == pytest.approx(np.eye(3) + 2 * w * cross + 2 * cross @ cross, abs=1e-12)
         assert root(hand, q)[:3, 3] == pytest.approx(data["translation"][k], abs=1e-12)
         positions = hand.positions(q)
@@ -84,7 +84,7 @@ def test_there_and_back(hand: extricate.Scene, form: str) -> None:
     assert arrays.names == JOINTS[::-1] and (arrays.joints == data["joints"][:, ::-1]).all()
     again = grasps.from_arrays(hand, *arrays[:3], names=arrays.names, rotation_as=form)
     assert (again[:, 7:] == Q[:, 7:]).all() and (again[:, :3] == Q[:, :3]).all()
-    # q and -q are one rotation.
+    # q and -q are the same rotation.
     assert np.abs((again[:, 3:7] * Q[:, 3:7]).sum(1)) == pytest.approx(np.ones(20), abs=1e-12)
     assert hand.poses(again) == pytest.approx(hand.poses(Q), abs=1e-9)
     stored = [np.float32(part) for part in arrays[:3]]

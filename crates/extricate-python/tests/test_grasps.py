@@ -24,11 +24,11 @@ def test_a_squeezed_hand_is_released_and_holds(hand: Scene) -> None:
     assert grasp.moved == pytest.approx(np.linalg.norm(grasp.config - SQUEEZED))
     for contact in grasp.contacts:
         assert contact.link in scene.bodies and 0 < contact.distance < 3e-3
-        # On the ball, and into it.
+        # The point lies on the ball, and the normal points into it.
         arm = contact.point - [0, 0, 0.08]
         assert np.linalg.norm(arm) == pytest.approx(0.03, abs=1e-6)
         assert contact.normal @ arm == pytest.approx(-0.03, abs=1e-4)
-    # What is free stays.
+    # A free hand stays where it is.
     again = scene.release(grasp.config, object="ball")
     assert again.moved == 0 and again.config.tolist() == grasp.config.tolist()
 
@@ -48,7 +48,7 @@ def test_batches_are_single_releases(hand: Scene) -> None:
 def test_the_base_of_a_floating_hand_hardly_moves() -> None:
     files = Scene.builtin_files("hand")
     urdf = next(text for name, text in files.items() if name.endswith(".urdf")).decode()
-    # Plain shapes, so that nothing has to be read.
+    # Plain shapes replace the meshes, so that no file has to be read.
     for mesh in ("proximal", "tip"):
         urdf = urdf.replace(f'<mesh filename="meshes/{mesh}.stl"/>', '<sphere radius="0.009"/>')
     if "<mesh" in urdf:

@@ -1,4 +1,4 @@
-"""Ctrl-C ends what takes long. Each call in a process of its own: what cannot be stopped goes on in it until it ends."""
+"""Ctrl-C ends long calls. Each call has a process of its own, because work that cannot be stopped goes on in it."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-# Each takes ten seconds and more on a fast machine if nothing ends it.
+# Each call takes ten seconds or more on a fast machine if nothing ends it.
 LONG = {
     "check": "scene = Scene.builtin('dual-arm'); Q = np.tile(scene.sample(9000, seed=1), (200, 1)); work = lambda: scene.check(Q)",
     "distances": "scene = Scene.builtin('dual-arm'); Q = scene.sample(60_000, seed=1); work = lambda: scene.distances(Q)",
@@ -17,7 +17,7 @@ LONG = {
     "work = lambda: scene.release(Q, object='post')",
     "release of an object": "scene = Scene.builtin('shelf-arm'); Q = np.tile(scene.sample(300, seed=1, colliding=True), (30, 1));"
     "work = lambda: scene.without(['post']).release(Q, object=extricate.Box([0.2, 0.2, 0.6], [0.5, 0, 0.3]))",
-    # What cannot be stopped is left alone: cutting a mesh into convex parts.
+    # Cutting a mesh into convex parts cannot be stopped; the call returns and leaves it running.
     "convex parts": "u, v = np.meshgrid(np.arange(1, 420) * np.pi / 420, np.arange(420) * np.pi / 210, indexing='ij');"
     "r = 1 + 0.2 * np.sin(7 * u) * np.cos(5 * v); P = np.stack([r * np.sin(u) * np.cos(v), r * np.sin(u) * np.sin(v), r * np.cos(u)], -1);"
     "k = np.arange(418 * 420).reshape(418, 420); n = np.roll(k, -1, 1);"
@@ -49,5 +49,5 @@ def test_an_interrupt_ends_it_within_a_second(name: str) -> None:
     done = subprocess.run([sys.executable, "-c", RUN % LONG[name]], capture_output=True, text=True, timeout=300)
     assert done.stdout, done.stderr
     seconds = float(done.stdout)
-    # Of ten and more; two more where other programs are busy.
+    # The calls would take ten seconds or more; up to two are allowed for a busy machine.
     assert seconds < 3, f"{seconds} s"

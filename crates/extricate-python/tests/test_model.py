@@ -1,4 +1,4 @@
-"""Learning, asking, keeping and sharing models."""
+"""Models: learning, queries, files and threads."""
 
 import io
 import multiprocessing
@@ -24,7 +24,7 @@ def test_answers_are_free_and_bounded(model: Model, planar: Scene) -> None:
         for q, answer in zip(Q, answers):
             assert planar.check(answer.witness) and answer.witness.shape == (3,)
             assert 0 <= answer.lower_bound <= answer.depth
-            turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi  # one of its joints is continuous
+            turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi  # One joint is continuous.
             assert answer.depth == pytest.approx(np.linalg.norm(turned), abs=1e-9)
             assert answer.effort == effort and answer.verified == (effort != "nearest")
             assert answer.colliding == planar.colliding_pairs(q) and not answer.free
@@ -69,7 +69,7 @@ def test_exits_contacts_and_the_way_are_told(model: Model, planar: Scene) -> Non
         # In the joint metric with unit weights, the distance falls fastest straight toward the witness.
         turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi
         np.testing.assert_allclose(answer.gradient, -turned / answer.depth, atol=1e-6)
-        # As many where every other start is too far to be tried.
+        # The checks are equal if all other starts are too far to be tried.
         whole, fewer = model.query(q), model.query(q, starts=1)
         assert planar.check(fewer.witness) and fewer.checks <= whole.checks and fewer.verified
         checks, checks_of_one_start = checks + whole.checks, checks_of_one_start + fewer.checks
@@ -127,7 +127,7 @@ def test_batches_do_not_copy_their_input(arm: Scene) -> None:
     Q = np.zeros((200_000, 7))
     before = peak_memory()
     model.query_batch(Q, effort="nearest", threads=2)
-    # Less than the answers (160 bytes each) and a copy (56 bytes) together.
+    # The limit is below the answers (160 bytes each) and a copy (56 bytes) together.
     assert peak_memory() - before < 200_000 * (160 + 28) + 8e6
 
 
@@ -222,7 +222,7 @@ def test_support_vectors_are_configurations_of_both_sides(model: Model, planar: 
     assert 0 < len(support) <= model.statistics["support_vectors"] and len(np.unique(support, axis=0)) == len(support)
     free = planar.check(support)
     assert 0.1 < free.mean() < 0.9
-    # They are what the classifier has to tell apart by: nearer to the other side than configurations are in general.
+    # Support vectors lie near the boundary: colliding ones are nearer to free space than random configurations.
     anywhere = planar.sample(2000, seed=5, colliding=True)
     colliding = support[~free]
     assert np.median(model.query_batch(colliding)["depth"]) < np.median(model.query_batch(anywhere)["depth"])
@@ -258,7 +258,7 @@ def test_the_interpreter_goes_on_during_a_call(arm: Scene) -> None:
     done.set()
     thread.join()
     assert model.statistics["ended_by"] == "seconds"
-    # Without the lock released there would be one or two.
+    # If the lock were not released, there would be one tick or two.
     assert len(ticks) > 15
 
 
@@ -293,8 +293,8 @@ def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -
     assert model.query(Q[0]).verified
 
 
-# One query of an arm of meshes, from thousands of samples; it ends itself should nothing else do. The shortest, a frame of a stream, takes a quarter of a second
-# on a fast machine.
+# A query of an arm of meshes from thousands of samples, with a limit of time as the last resort. The shortest, a frame of a stream,
+# takes a quarter of a second on a fast machine.
 SOON = 0.02
 ENDLESS = {"effort": "exhaustive", "starts": 10**5, "max_seconds": 60}
 
@@ -320,7 +320,7 @@ def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
     started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         ONE[name](of_meshes, q)
-    assert time.monotonic() - started < 3  # of the 60 that it may take
+    assert time.monotonic() - started < 3  # The query may take 60 s.
     assert of_meshes.query(q).verified
 
 
@@ -370,7 +370,7 @@ def test_children_of_a_process_can_ask(method: str, model: Model, planar: Scene)
     assert child.exitcode == 0 and depths == expected and free == planar.check(Q).tolist() and learned > 1000
 
 
-# What reads or prepares geometry, on threads. In a process of its own, because a child that hangs does not end.
+# Calls that read or prepare geometry on threads, after a fork. They run in a process of their own, which can be killed if it hangs.
 FORK = """
 import os, pickle, signal, sys, tempfile
 import numpy as np

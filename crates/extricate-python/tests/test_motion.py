@@ -11,7 +11,7 @@ from extricate import Model, Roadmap, Scene
 
 
 def samples(path: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """A hundred configurations an edge of the planar arm, whose first joint is without limits."""
+    """Samples a hundred configurations per edge of the planar arm, whose first joint has no limits."""
     share = np.linspace(0, 1, 100)[:, None]
     turns = np.array([2 * np.pi, np.inf, np.inf])
     steps = [b - a - np.where(np.isfinite(turns), turns, 0) * np.round((b - a) / turns) for a, b in zip(path[:-1], path[1:])]
@@ -19,8 +19,8 @@ def samples(path: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def crosses(scene: Scene, q: npt.NDArray[np.float64]) -> bool:
-    """Whether the links of the planar arm cannot part without getting deeper: all (q2, q3) that are
-    reached from there through such that keep the depth."""
+    """Whether the links of the planar arm cannot part without getting deeper. Searches a grid of (q2, q3)
+    from q through all configurations that are not deeper than q."""
     side = 201
     grid = np.stack(np.meshgrid(*[np.linspace(scene.lower[k], scene.upper[k], side) for k in (1, 2)], indexing="ij"), -1)
     rows = np.concatenate([np.full((side * side, 1), q[0]), grid.reshape(-1, 2)], axis=1)

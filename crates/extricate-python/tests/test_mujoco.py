@@ -1,4 +1,4 @@
-"""MuJoCo's verdicts and those of the robots made from its models: random models, names, pairs, and what is told."""
+"""Verdicts of MuJoCo and of the robots made from its models: random models, names, pairs, and warnings."""
 
 import dataclasses
 import os
@@ -15,7 +15,7 @@ HINGE = '<joint type="hinge" axis="0 0 1" range="-178 178" limited="true"/>'
 
 
 def loaded(model: Any, **options: Any) -> Tuple[Any, Scene, List[str]]:
-    """The robot of a model, its scene, and what was told."""
+    """Returns the robot of a model, its scene, and the warnings."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         robot = Robot.from_mujoco(model, **options)
@@ -24,7 +24,7 @@ def loaded(model: Any, **options: Any) -> Tuple[Any, Scene, List[str]]:
 
 
 def nearest(model: Any, data: Any) -> float:
-    """MuJoCo's least distance of a contact between bodies that can move against each other; inf without one."""
+    """Returns MuJoCo's least distance of a contact between bodies that can move against each other; inf without one."""
     mujoco.mj_fwdPosition(model, data)
     weld, of = model.body_weldid, model.geom_bodyid
     contacts = [c.dist for c in data.contact[: data.ncon] if weld[of[c.geom[0]]] != weld[of[c.geom[1]]]]
@@ -32,7 +32,7 @@ def nearest(model: Any, data: Any) -> float:
 
 
 def drawn(model: Any, rng: Any) -> Any:
-    """A configuration within the limits."""
+    """Draws a configuration within the limits."""
     qpos = model.qpos0.copy()
     for joint in range(model.njnt):
         at, kind = model.jnt_qposadr[joint], model.jnt_type[joint]
@@ -47,8 +47,8 @@ def drawn(model: Any, rng: Any) -> Any:
 
 
 def differing(model: Any, robot: Any, scene: Scene, count: int, rng: Any) -> Tuple[int, int]:
-    """In how many of so many configurations one says that something overlaps and the other not, and how many overlap there.
-    At touch, within 0.3 mm, both may be right."""
+    """Counts random configurations with different verdicts, and those that overlap in MuJoCo. Within 0.3 mm of contact, both verdicts
+    are accepted."""
     data, differ, overlap = mujoco.MjData(model), 0, 0
     for _ in range(count):
         data.qpos[:] = drawn(model, rng)
@@ -59,7 +59,7 @@ def differing(model: Any, robot: Any, scene: Scene, count: int, rng: Any) -> Tup
 
 
 class Drawing:
-    """A random MJCF text: trees of bodies, joints of all kinds, several a body, masks, pairs, exclusions, shared names."""
+    """A random MJCF text: trees of bodies, several joints of all kinds per body, masks, pairs, exclusions, shared names."""
 
     def __init__(self, rng: Any) -> None:
         self.rng, self.bodies, self.geoms = rng, [], []  # type: Any, List[str], List[str]
@@ -71,7 +71,7 @@ class Drawing:
         return " ".join(f"{x:.4f}" for x in self.rng.uniform(low, high, count))
 
     def name(self, kind: str, names: List[str]) -> str:
-        """An attribute: often none, often what another kind of thing or a made-up name is called."""
+        """Draws an attribute `name`: often none, often the name of another kind of element, or one that the conversion makes."""
         if self.chance(0.3):
             return ""
         free = [n for n in ("a", "b", "body1", "body2", "geom1", "a__2", "a__joint0", "world_geom0") if n not in names]
@@ -95,7 +95,7 @@ class Drawing:
 
     def body(self, depth: int, joints: List[str]) -> str:
         own = "".join(self.joint(joints) for _ in range(self.rng.choice([0, 1, 1, 1, 2])))
-        # MuJoCo takes no joint that turns after a ball joint.
+        # MuJoCo takes no rotational joint after a ball joint.
         own = own[: own.index("/>", own.index('"ball"')) + 2] if '"ball"' in own else own
         if depth == 0 and self.chance(0.2):
             own = f'<freejoint {self.name("joint", joints)}/>'
@@ -122,7 +122,7 @@ class Drawing:
 
 
 def test_random_models_have_mujocos_verdicts() -> None:
-    """EXTRICATE_MJCF_MODELS asks for more models, 60 configurations each."""
+    """EXTRICATE_MJCF_MODELS sets another number of models, with 60 configurations each."""
     count, rng = int(os.environ.get("EXTRICATE_MJCF_MODELS", "12")), np.random.default_rng(11)
     differ, overlap, done, joined = [], 0, 0, 0
     while done < count:
@@ -168,11 +168,11 @@ def test_a_body_and_its_child_are_checked_where_mujoco_does(text: str) -> None:
     assert robot.enable == [("a", "b")] and ("a", "b") in scene.pairs and not told
     folded = robot.q([2.0, 3.1])
     assert not scene.check(folded) and scene.colliding_pairs(folded) == [("a", "b")]
-    # A caller who disables the pair is heard.
+    # The caller can disable the pair.
     assert ("a", "b") not in Scene(robot, disable=[("b", "a")]).pairs
     assert ("a", "b") not in Scene(robot, disable=[("mujoco/b", "a")]).pairs
     assert ("a", "b") not in Scene(dataclasses.replace(robot, name="left"), disable=[("b", "left/a")]).pairs
-    # A locked joint makes a neighbour of what is joined to what it carries.
+    # A locked joint makes the bodies on either side of it one, so that `a` and `c` become neighbours.
     three = text.replace("</body></body>", f'<body name="c" pos="1 0 0">{HINGE}<geom size=".05" pos=".2 0 0"/></body></body></body>')
     model = mujoco.MjModel.from_xml_string(three)
     second = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, 1) or "joint1"

@@ -1,4 +1,4 @@
-"""A scene that is asked at once, before anything is learned."""
+"""Queries of a scene before anything is learned."""
 
 import pickle
 
@@ -67,7 +67,7 @@ def test_beyond_the_limits_is_a_query(model: Model, planar: Scene) -> None:
         assert batch["verified"].all() and planar.check(batch["witness"]).all()
         assert (batch["free"] == ~limited.any(axis=1) & (batch["depth"] == 0)).all()
         moved = batch["witness"] - Q
-        moved[:, 0] = (moved[:, 0] + np.pi) % (2 * np.pi) - np.pi  # the first joint turns without limits
+        moved[:, 0] = (moved[:, 0] + np.pi) % (2 * np.pi) - np.pi  # The first joint has no limits.
         assert np.allclose(np.linalg.norm(moved, axis=1), batch["depth"])
         for q, row, beyond in zip(Q[:10], batch, limited):
             one = asked.query(q)
@@ -87,7 +87,7 @@ def test_where_nothing_is_free_that_is_said() -> None:
     buried = Scene(urdf, [Box([9, 9, 9])])
     told = r"no free configuration was found; these pairs collide in all of 100 .* disable=\["
     for ask in (buried.query, buried.query, buried.escape, lambda q: buried.query_batch([q])):
-        # Each time, though it is looked for once.
+        # The warning comes each time, although the advice is computed once.
         with pytest.warns(UserWarning, match=told):
             answer = ask([0, 0, 0])
         assert answer is None or not getattr(answer, "points", None)

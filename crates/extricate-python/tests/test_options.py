@@ -1,4 +1,4 @@
-"""Every list of the options of queries is that of the library: signatures, the stub, and `QueryOptions`."""
+"""Signatures, the stub and `QueryOptions` list the query options of the library."""
 
 import ast
 import dataclasses
@@ -13,7 +13,7 @@ from extricate import Model, QueryOptions, Scene, Solver
 from extricate._extricate import _query_options
 
 TABLE = {name: ast.literal_eval(default) for name, default, _ in _query_options()}
-# Of Python alone.
+# Keywords that only Python has.
 BESIDE = {"options": None, "free": None, "weights": None, "limits": "forgive"}
 BATCH = {"errors": "raise", "threads": 0}
 STREAM = {"hysteresis": 0.0, "starts_per_frame": 2, "continuous": False}
@@ -23,7 +23,7 @@ STUB = ast.parse((pathlib.Path(extricate.__file__).parent / "_extricate.pyi").re
 
 
 def exact(keywords: Dict[str, Any]) -> Dict[str, str]:
-    """With 1, 1.0 and True told apart."""
+    """Makes values comparable so that 1, 1.0 and True differ."""
     return {name: repr(value) for name, value in keywords.items()}
 
 

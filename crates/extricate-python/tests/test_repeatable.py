@@ -1,4 +1,4 @@
-"""Equal calls have equal answers, to the last bit: twice in one process, in two orders, on one thread and on three, of raw meshes too."""
+"""Equal calls have equal answers, to the last bit: twice in one process, in two orders, on one thread and on three, with raw meshes too."""
 
 import dataclasses
 import pickle
@@ -15,7 +15,7 @@ Ask = Callable[[Any, Rows, int], Any]
 
 
 def ring(sides: int = 12, inner: float = 0.018, outer: float = 0.03, half: float = 0.02) -> Mesh:
-    """A ring around y of triangles, between the fingers of the hand."""
+    """Makes a mesh of a ring around y, between the fingers of the hand."""
     corners, faces = [], []
     for side in range(sides):
         c, s = np.cos(2 * np.pi * side / sides), np.sin(2 * np.pi * side / sides)
@@ -28,7 +28,7 @@ def ring(sides: int = 12, inner: float = 0.018, outer: float = 0.03, half: float
 
 
 def plain(value: Any) -> Any:
-    """The value, comparable to the last bit."""
+    """Converts a value to one that is equal only if all bits are."""
     if isinstance(value, np.ndarray):
         return (value.dtype.str, value.shape, value.tobytes())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -45,7 +45,7 @@ def frames(of: Any, Q: Rows, continuous: bool) -> List[Any]:
     return [stream.query(q) for q in Q]
 
 
-# What a scene and a model can be asked; the number is that of threads.
+# Calls of both a scene and a model; the number is that of threads.
 BOTH: Dict[str, Ask] = {
     "query": lambda of, Q, _: [of.query(q, contacts=True) for q in Q],
     "proved": lambda of, Q, _: of.query(Q[0], effort="proved", max_checks=200),

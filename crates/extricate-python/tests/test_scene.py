@@ -1,4 +1,4 @@
-"""Scenes: from files, text and arrays; checks and distances; what is said of wrong input."""
+"""Scenes: from files, text and arrays; checks and distances; messages for wrong input."""
 
 import pathlib
 import pickle
@@ -92,7 +92,7 @@ def test_a_transform_is_a_pose() -> None:
         moved = Scene(SLIDER, [Mesh((CUBE[0] @ rotation.T + transform[:3, 3], CUBE[1]))])
         Q = np.linspace(-5, 5, 50)[:, None]
         np.testing.assert_allclose(placed.distances(Q), moved.distances(Q), atol=1e-9)
-    # Straight up: roll and yaw are one.
+    # The x axis points straight up, so that roll and yaw have the same axis.
     up = np.eye(4)
     up[:3, :3] = turn_z @ np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]) @ turn_x
     up[0, 3] = 6
@@ -221,7 +221,7 @@ def test_joints_that_always_collide_are_found() -> None:
         <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>""")
     assert Scene(urdf).always_colliding() == [("cart", "tip")]
     assert Scene(urdf, disable=[("cart", "tip")]).always_colliding(5, seed=1) == []
-    # In the cart's way on nine tenths of its rail.
+    # The box blocks the cart on nine tenths of its rail.
     half = Scene(urdf, [Box([20, 1, 1], [2, 0, 0])], disable=[("cart", "tip")])
     assert half.always_colliding(200) == []
     assert ("cart", "box1") in half.always_colliding(200, share=0.8)

@@ -45,7 +45,7 @@ def test_distances_are_those_of_closed_forms(obstacle: object, near: float) -> N
 def test_clouds_and_grids_are_as_many_balls_and_boxes() -> None:
     random = np.random.default_rng(3)
     xyz = random.uniform(-4, 4, (200, 3))
-    # Of cells that reach into each other, the distance is that of the nearest.
+    # The distance to overlapping cells is that to the nearest of them.
     xyz = xyz[np.abs(xyz[:, 1]) > 0.5]
     grid = random.random((8, 9, 7)) < 0.1
     corner = np.array([-2.0, 1.2, -0.5])

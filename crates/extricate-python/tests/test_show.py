@@ -1,4 +1,4 @@
-"""Pages: what `show` writes, opens and gives back. How pages look is checked in a browser, by scripts/check-view.py."""
+"""Pages that `show` writes, opens and returns. scripts/check-view.py checks in a browser how they look."""
 
 import json
 import pathlib
@@ -12,7 +12,7 @@ import extricate
 
 @pytest.fixture()
 def opened(monkeypatch: pytest.MonkeyPatch) -> list:
-    """Addresses that a browser was asked to open."""
+    """Collects the addresses that a browser would open."""
     addresses: list = []
     monkeypatch.setattr("webbrowser.open", addresses.append)
     return addresses

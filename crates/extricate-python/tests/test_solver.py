@@ -1,4 +1,4 @@
-"""One handle on all that is asked of a scene, and options that stay the same."""
+"""Solvers: all calls on a scene, with options that stay the same."""
 
 import pickle
 import threading
@@ -38,7 +38,7 @@ def test_options_of_a_solver_are_defaults_of_its_queries(planar: Scene, model: M
         assert keyword is not None and not keyword.exits and keyword.effort == "exhaustive"
     replaced = solver.query(q, options=extricate.QueryOptions(segment=True))
     assert replaced is not None and replaced.effort == "refined" and replaced.segment and not replaced.exits
-    frame = solver.stream().query(q)  # a frame has one answer
+    frame = solver.stream().query(q)  # A frame has one answer.
     assert frame is not None and frame.effort == "exhaustive" and not frame.exits
     by_object = Solver(planar, options=extricate.QueryOptions(exits=2), effort="quick").query(q)
     assert by_object is not None and by_object.exits and by_object.effort == "quick"

@@ -1,4 +1,4 @@
-"""Scenes with something changed, models in other worlds, and what answers have to keep."""
+"""Changed scenes, models in other worlds, and properties that answers keep."""
 
 import pickle
 
@@ -63,7 +63,7 @@ def test_an_object_in_the_gripper() -> None:
     answer = held.query([0.05, 0.025])
     assert answer is not None and answer.colliding == [("wall", "rod")] and abs(answer.depth - 0.0501) < 1e-5
     assert not held.check([0.05, 0.025]) and abs(float(held.distances([0.05, 0.025])) + 0.05) < 1e-9
-    # A model of the empty hand is asked with it.
+    # A model of the empty hand answers queries with the rod too.
     model = extricate.learn(scene, labels=3000)
     for q in held.sample(30, seed=1, colliding=True):
         one = model.in_world(held).query(q)

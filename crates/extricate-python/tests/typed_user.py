@@ -1,4 +1,4 @@
-"""What a user might write, for `mypy --strict`: every name has the type that is expected of it. Runs as a test, too."""
+"""Code of a user for `mypy --strict`, which checks that every name has the expected type. It also runs as a test."""
 
 import pathlib
 from typing import List, Optional, Tuple

@@ -1,4 +1,4 @@
-//! What an answer holds. Pointers live as long as the answer.
+//! Functions that read an answer. The pointers that they return live as long as the answer.
 
 #![allow(unsafe_code)]
 
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn extricate_answer_free(answer: *mut ExtricateAnswer) {
 }
 
 /// # Safety
-/// That of [`crate::raw`].
+/// The contract of [`crate::raw`].
 unsafe fn list<T>(
     answer: *const ExtricateAnswer,
     at: *mut *const T,

@@ -109,17 +109,17 @@ pub unsafe extern "C" fn extricate_distance_batch(
     })
 }
 
-/// Free by the glossary's word: within the limits, and nothing collides.
+/// Whether `q` is free in the sense of the glossary: within its limits, and no pair collides.
 fn is_free_at(checker: &Checker, q: &Config, scratch: &mut CheckScratch) -> bool {
     checker.scene().space().outside(q).next().is_none() && checker.label(q, scratch) == Label::Free
 }
 
-/// All rows, within the limits or beyond them, or the first that is no configuration.
+/// Reads all rows, which may lie beyond the limits; fails at the first that is no configuration.
 fn configs_anywhere(space: &ConfigSpace, rows: (&[f64], usize, usize)) -> Result<Vec<Config>> {
     configs(space, rows, &|q| Ok(space.config_anywhere(q)?))
 }
 
-/// All rows, or the first that `config` refuses.
+/// Reads all rows with `config`; fails at the first row that it refuses.
 fn configs(
     space: &ConfigSpace,
     (q, count, nq): (&[f64], usize, usize),
@@ -134,10 +134,10 @@ fn configs(
     rows.map(|(row, q)| config(q).map_err(|fault| named(row, fault))).collect()
 }
 
-/// Rows that a thread takes at once.
-const PART: usize = 256;
+/// Rows that a thread takes for one lock of the shared queue.
+const PART_ROWS: usize = 256;
 
-/// What `of` says of each configuration, on so many threads (0: one a core).
+/// Writes `of` of each configuration to `out`, on `threads` threads (0: one per core).
 fn map<T: Copy + Send>(
     configs: &[Config],
     threads: usize,
@@ -146,7 +146,7 @@ fn map<T: Copy + Send>(
 ) {
     let cores = || std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let threads = if threads == 0 { cores() } else { threads };
-    let parts = std::sync::Mutex::new(configs.chunks(PART).zip(out.parts(PART)));
+    let parts = std::sync::Mutex::new(configs.chunks(PART_ROWS).zip(out.parts(PART_ROWS)));
     let work = || {
         let mut scratch = CheckScratch::default();
         loop {
@@ -156,8 +156,8 @@ fn map<T: Copy + Send>(
         }
     };
     std::thread::scope(|scope| {
-        for _ in 1..threads.min(configs.len().div_ceil(PART)) {
-            // If the system starts no more threads, those that there are do the work.
+        for _ in 1..threads.min(configs.len().div_ceil(PART_ROWS)) {
+            // If the system starts no more threads, the running ones do the work.
             let _ = std::thread::Builder::new().spawn_scoped(scope, work);
         }
         work();

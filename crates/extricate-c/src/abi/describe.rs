@@ -1,4 +1,4 @@
-//! An answer of the library in the structures of the header. No pointers of callers.
+//! Converts answers of the library to the structures of the header; reads no pointers of callers.
 
 use extricate::{Answer, Contact, PairId, Scene, SegmentOutcome};
 
@@ -8,7 +8,7 @@ use super::types::{
 };
 use crate::numbers::{UNPROVED, number};
 
-/// What stands for a pair if there is none.
+/// Placeholder in the header's structures if there is no pair.
 pub const NO_PAIR: ExtricatePair = ExtricatePair { first: usize::MAX, second: usize::MAX };
 
 /// The summary of a query for which nothing free was found.
@@ -31,7 +31,6 @@ pub const NOTHING: ExtricateSummary = ExtricateSummary {
     cut_short: false,
 };
 
-/// The numbers of an answer.
 pub fn summary(answer: &Answer) -> ExtricateSummary {
     let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
     ExtricateSummary {
@@ -54,7 +53,6 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
     }
 }
 
-/// All of an answer.
 pub fn answer(scene: &Scene, answer: Answer) -> ExtricateAnswer {
     let pairs = |pairs: &[PairId]| pairs.iter().map(|id| pair(scene, *id)).collect();
     let contact = |contact: &Contact| {
@@ -69,7 +67,6 @@ pub fn answer(scene: &Scene, answer: Answer) -> ExtricateAnswer {
     ExtricateAnswer { summary, colliding, touching, contacts, exits, answer }
 }
 
-/// What is known of a segment.
 pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {
     match outcome {
         SegmentOutcome::Free => {
@@ -81,7 +78,7 @@ pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {
         SegmentOutcome::Undecided { free_until, near_at, pair: id } => {
             ExtricateSegment { is_free: false, collides: false, free_until, at: near_at, pair: pair(scene, id) }
         }
-        // The library may come to know of more outcomes: nothing is told of them.
+        // A later library may return other outcomes, of which nothing is known here.
         _ => ExtricateSegment { is_free: false, collides: false, free_until: 0.0, at: f64::NAN, pair: NO_PAIR },
     }
 }

@@ -1,4 +1,4 @@
-//! What handles hold. To the header they are opaque.
+//! The structures behind the handles, which are opaque in the header.
 
 use std::ffi::CString;
 use std::sync::{Arc, OnceLock};
@@ -10,14 +10,14 @@ use crate::status::{Result, c_string};
 
 /// A scene, perhaps with a model that was learned of it or of a scene like it. It never changes.
 pub struct ExtricateScene {
-    /// With the usual options.
+    /// Solver with the default options.
     pub(crate) solver: Solver,
     names: OnceLock<Names>,
 }
 
 /// A scene with options of queries. Only extricate_solver_set_options() changes it.
 pub struct ExtricateSolver {
-    /// With the options of the caller.
+    /// Solver with the options of the caller.
     pub(crate) solver: Solver,
     /// Whether configurations beyond the limits are refused.
     pub(crate) refuse_outside: bool,
@@ -25,12 +25,12 @@ pub struct ExtricateSolver {
 
 /// Queries that follow each other closely, each of which begins with the exit of the one before.
 pub struct ExtricateStream {
-    /// The solver of the scene that the stream began in, with the options of its queries.
+    /// Solver of the scene in which the stream began, with the options of its queries.
     pub(crate) first: ExtricateSolver,
     pub(crate) options: StreamOptions,
-    /// The solver of the scene of the next frame.
+    /// Solver of the scene of the next frame.
     pub(crate) solver: Solver,
-    /// None after a fault of this library, which may have left it half written.
+    /// `None` before the first frame, and after one that failed and may have left it half written.
     pub(crate) stream: Option<Stream>,
 }
 
@@ -40,22 +40,21 @@ pub struct ExtricateAnswer {
     pub(crate) colliding: Vec<ExtricatePair>,
     pub(crate) touching: Vec<ExtricatePair>,
     pub(crate) contacts: Vec<ExtricateContact>,
-    /// They point into `answer`.
+    /// Their witnesses point into `answer`.
     pub(crate) exits: Vec<ExtricateExit>,
     pub(crate) answer: Answer,
 }
 
-/// Names as C reads them.
+/// Texts of a scene, each ended by a zero as in C.
 pub struct Names {
     /// Names of the joints, in the order of coordinates.
     pub joints: Vec<CString>,
     /// Names of the bodies, in the order of their indices.
     pub bodies: Vec<CString>,
-    /// What the user should know.
     pub warnings: Vec<CString>,
 }
 
-/// Threads share scenes and solvers, as the header says.
+/// Checks at compile time what the header promises: threads may share scenes and solvers.
 const _: fn() = || {
     fn is_shared<T: Send + Sync>() {}
     is_shared::<ExtricateScene>();
@@ -63,17 +62,16 @@ const _: fn() = || {
 };
 
 impl ExtricateScene {
-    /// The handle of a solver with the usual options.
+    /// Makes the handle of a solver that has the default options.
     pub fn new(solver: Solver) -> Self {
         Self { solver, names: OnceLock::new() }
     }
 
-    /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
         self.solver.scene()
     }
 
-    /// Names of joints and bodies, and warnings.
+    /// Returns the texts of the scene, which are converted on the first call.
     pub fn names(&self) -> &Names {
         self.names.get_or_init(|| Names {
             joints: self.scene().joints().iter().map(|joint| c_string(&joint.name)).collect(),
@@ -84,7 +82,7 @@ impl ExtricateScene {
 }
 
 impl ExtricateSolver {
-    /// A configuration to query.
+    /// Reads a configuration to query.
     ///
     /// # Errors
     /// If it is of the wrong length, not finite, or beyond limits while that is refused.

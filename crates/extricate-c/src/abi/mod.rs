@@ -1,11 +1,11 @@
-//! The functions of `include/extricate.h`. Each makes references of its pointers ([`crate::raw`]),
-//! does its work behind the fence ([`crate::status::guarded`]), and writes what it found where the
-//! caller said.
+//! The functions of `include/extricate.h`. Each turns its pointers into references
+//! ([`crate::raw`]), works inside [`crate::status::guarded`], which stops panics, and writes its
+//! results to memory of the caller.
 //!
 //! Read `types` first, then `scene` and `solver`, which most programs use alone.
 //!
 //! # Safety
-//! All functions share the contract of [`crate::raw`], which the head of the header tells callers.
+//! All functions share the contract of [`crate::raw`], which the head of the header states.
 
 pub mod types;
 

@@ -1,4 +1,4 @@
-//! What a scene holds: coordinates, joints, bodies, pairs, warnings.
+//! Functions that read a scene (coordinates, joints, bodies, pairs, warnings), errors and versions.
 
 #![allow(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! Scenes and models in and out.
+//! Functions that load and build scenes, and learn and save models.
 
 #![allow(unsafe_code)]
 
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn extricate_scene_free(scene: *mut ExtricateScene) {
 }
 
 /// # Safety
-/// That of [`crate::raw`].
+/// The contract of [`crate::raw`].
 unsafe fn named_texts<'a>(texts: *const ExtricateText, count: usize) -> Result<Vec<(&'a str, &'a str)>> {
     // SAFETY: the contract of this function.
     let texts = unsafe { raw::slice(texts, count, "texts") }?;
@@ -148,23 +148,23 @@ unsafe fn named_texts<'a>(texts: *const ExtricateText, count: usize) -> Result<V
     texts.iter().enumerate().map(named).collect()
 }
 
-/// As much of a file as tells whether it is a model \[bytes\].
-const HEAD: u64 = 4096;
+/// Bytes at the start of a file that suffice to recognise a model.
+const HEAD_BYTES: u64 = 4096;
 
-/// A scene file, a URDF or a model file.
+/// Loads a scene file, a URDF or a model file.
 fn load(path: &Path) -> Result<Solver> {
     let mut head = Vec::new();
-    // What cannot be read, and a pipe, on which opening would wait, is refused below in the
-    // library's words.
+    // An unreadable file, or a pipe, on which opening would wait, leaves the head empty: the
+    // library refuses it below, with its own message.
     if let Ok(file) = check_regular(path).and_then(|_| File::open(path)) {
-        let _ = file.take(HEAD).read_to_end(&mut head);
+        let _ = file.take(HEAD_BYTES).read_to_end(&mut head);
     }
     Ok(if Model::is_model(&head) { Solver::of_model(load_model(path)?) } else { Solver::new(load_scene(path)?) })
 }
 
-/// What messages call a scene that was no file.
+/// Name in messages of a scene without a file.
 const NAME: &str = "scene";
-/// What messages call a URDF that was no file.
+/// Name in messages of a URDF without a file.
 const URDF: &str = "robot.urdf";
 
 fn of_text(text: &str, folder: &Path, texts: &[(&str, &str)]) -> Result<Scene> {

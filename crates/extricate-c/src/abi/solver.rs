@@ -1,4 +1,4 @@
-//! Queries one by one, with options that stay.
+//! Functions of solvers: single queries, with options that are kept between calls.
 
 #![allow(unsafe_code)]
 
@@ -128,7 +128,6 @@ pub unsafe extern "C" fn extricate_nearest_exit(
     })
 }
 
-/// What there is to say if nothing free was found.
 pub fn nothing_free() -> Fault {
     let message = "query: nothing free was found, not even among 20,000 configurations".into();
     Fault { status: EXTRICATE_NOTHING_FREE, message }

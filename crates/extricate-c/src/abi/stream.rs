@@ -1,5 +1,5 @@
-//! Queries that follow each other closely, as from a simulation: each begins with the exit of the
-//! one before.
+//! Functions of streams: queries that follow each other closely, as from a simulation. Each begins
+//! with the exit of the one before.
 
 #![allow(unsafe_code)]
 
@@ -63,7 +63,7 @@ pub unsafe extern "C" fn extricate_stream_query(
     guarded(|| {
         let (stream, answer) = (stream?, answer?);
         let q = stream.first.config(q?)?;
-        // Taken, so that a fault leaves no half written memory behind.
+        // Take the stream out, so that a failure or panic leaves no half-written one behind.
         let mut frames = match stream.stream.take() {
             Some(frames) => frames,
             None => stream.first.solver.stream(stream.options.clone())?,

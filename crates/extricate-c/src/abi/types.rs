@@ -1,4 +1,4 @@
-//! Numbers and plain structures that the header shows.
+//! The constants and plain structures that the header declares.
 
 use std::ffi::{c_char, c_void};
 

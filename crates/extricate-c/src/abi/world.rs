@@ -1,5 +1,5 @@
-//! Scenes with something changed. Each is another one, which shares what did not change and keeps
-//! the model.
+//! Functions that derive a changed scene from a scene. The new one keeps the model, and shares all
+//! that did not change.
 
 #![allow(unsafe_code)]
 
@@ -93,7 +93,7 @@ pub unsafe extern "C" fn extricate_scene_disabled(
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
-    // SAFETY: the same; what has no length that memory can have is refused.
+    // SAFETY: the same; a count that no memory can hold is refused.
     let names = unsafe { raw::texts(names, pair_count.saturating_mul(2), "names") };
     change(scene, changed, |scene| {
         let names = names?;
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn extricate_scene_in_world_text(
     change(scene, changed, |scene| in_world_of_text(scene, name?, text?))
 }
 
-/// Hands over `scene` as `work` changes it.
+/// Hands the caller the scene that `work` makes of `scene`.
 fn change(
     scene: Result<&ExtricateScene>,
     changed: Result<Place<*mut ExtricateScene>>,

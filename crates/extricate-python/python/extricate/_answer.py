@@ -1,4 +1,4 @@
-"""What queries give back; plain data, so it pickles."""
+"""Answers of queries: plain data, so that they pickle."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Answer:
     checks: int
     effort: str
 
-    # Who was asked what, for `show`. Not kept where it is pickled: it holds a whole scene.
+    # The object, configuration and options of the query, for `show`. Pickles leave it out, because it holds a whole scene.
     _asked: ClassVar[Any] = None
 
     def __getstate__(self) -> Dict[str, Any]:
@@ -136,7 +136,7 @@ class Answer:
         """The most important of it, for people."""
         if self.free:
             return "free: nothing to be done"
-        # To the last digit: what is printed is the configuration that was checked.
+        # All digits, because only the exact configuration was checked.
         witness = str((self.witness + 0.0).tolist())  # without -0.0
         rows = [
             ("depth", f"{self.depth:.4g}, at least {self.lower_bound:.4g}"),

@@ -1,4 +1,4 @@
-"""What `Scene.release` gives back; plain data, so it pickles."""
+"""Results of `Scene.release`: plain data, so that they pickle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What motions give back; plain data, so it pickles."""
+"""Results of motions: plain data, so that they pickle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a compiled MuJoCo model to a robot: its shapes that can collide, its joints in their order, its pairs."""
+"""Converts a compiled MuJoCo model to a robot: its shapes that can collide, its joints in their order, its pairs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ._parts import Box, Capsule, Cylinder, HalfSpace, Mesh, MujocoRobot, Obstac
 Array = npt.NDArray[Any]
 _Pairs = List[Tuple[str, str]]
 _KINDS = ("floating", "spherical", "prismatic", "revolute")
-"""What a joint is in a URDF, by MuJoCo's number of its type."""
+"""Types of joints in a URDF, by MuJoCo's number of the type."""
 
 
 def converted(model: Any, options: Mapping[str, Any]) -> MujocoRobot:
-    """The robot of a model or of an MJCF file; `options` are further arguments of `Robot`."""
+    """Makes the robot of a model or an MJCF file; `options` are further arguments of `Robot`."""
     try:
         mujoco: Any = importlib.import_module("mujoco")
     except ImportError as error:
@@ -37,7 +37,7 @@ def _text(numbers: Any) -> str:
 
 
 def _rotation(quaternion: Any) -> Array:
-    """Of a unit quaternion w, x, y, z."""
+    """Returns the matrix of a quaternion w, x, y, z, which is normalised first."""
     w, x, y, z = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
     return np.array(
         [
@@ -53,7 +53,7 @@ def _quaternion(axis: Any, angle: float) -> Array:
 
 
 def _product(a: Any, b: Any) -> Array:
-    """Of two quaternions w, x, y, z."""
+    """Multiplies two quaternions w, x, y, z."""
     return np.array(
         [
             a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -70,13 +70,13 @@ def _origin(position: Any, quaternion: Any) -> str:
 
 
 class _Names:
-    """Names that are taken, and others beside them."""
+    """Keeps names unique."""
 
     def __init__(self, *taken: str) -> None:
         self.taken = set(taken)
 
     def free(self, wanted: str) -> str:
-        """The name that is wanted, or one like it that is not taken yet; now it is."""
+        """Takes and returns the wanted name, or one like it if that is taken."""
         name, number = wanted, 2
         while name in self.taken:
             name, number = f"{wanted}__{number}", number + 1
@@ -95,7 +95,7 @@ class _Converter:
             [g for g in np.flatnonzero(model.geom_bodyid == body) if self.collides(int(g)) or int(g) in explicit]
             for body in range(model.nbody)
         ]
-        # Bodies that no joint moves stand in the world; MuJoCo numbers parents before their children.
+        # A body moves if it or a body above it has joints; MuJoCo numbers parents before their children.
         self.moves = np.zeros(model.nbody, dtype=bool)
         for body in range(1, model.nbody):
             self.moves[body] = self.moves[model.body_parentid[body]] or model.body_jntnum[body] > 0
@@ -103,19 +103,19 @@ class _Converter:
         self.give_names()
 
     def given(self, kind: str, number: int) -> str:
-        """The name that the model gives; empty where it gives none."""
+        """Returns the name in the model, which is empty if there is none."""
         return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), number) or ""
 
     def name(self, kind: str, number: int, otherwise: str) -> str:
         return self.given(kind, number) or f"{otherwise}{number}"
 
     def give_names(self) -> None:
-        """Names of links, obstacles and joints. In MJCF, bodies, geoms and joints have names of their own kind, here links and
-        obstacles share one: what the model names goes before what has to be given one."""
+        """Chooses unique names for links, obstacles and joints. MJCF keeps names of bodies and geoms apart; here links and obstacles share
+        one name space. Names of the model are taken before new ones are made."""
         model = self.model
         bodies = [self.given("BODY", body) for body in range(model.nbody)]
         self.names = _Names("world", *(name for name, moves in zip(bodies, self.moves) if moves and name))
-        # A body may stand and have the name of nothing here: its geoms are obstacles of their own.
+        # Each geom of a body that does not move is an obstacle of its own, so that body is no link.
         standing = [int(geom) for body in np.flatnonzero(~self.moves) for geom in self.geoms[body]]
         self.obstacles: Dict[int, str] = {}
         for geom in standing:
@@ -170,7 +170,7 @@ class _Converter:
         )
 
     def tell_of_the_rest(self) -> None:
-        """What holds in the model and not here."""
+        """Notes what the robot does not take over from the model."""
         model = self.model
         equalities = [self.name("EQUALITY", k, "equality") for k in range(model.neq)]
         if equalities:
@@ -194,7 +194,7 @@ class _Converter:
                 self.left_out.append(f"the pair of {names} is not checked: {why}")
 
     def groups(self, body: int) -> Iterator[Tuple[str, List[int]]]:
-        """The geoms of a body by what they collide with: links, the first with the name of the body."""
+        """Groups the geoms of a body by what they collide with. Each group is a link; the first has the name of the body."""
         found: Dict[Any, List[int]] = {}
         explicit = [set(pair) for pair in zip(self.model.pair_geom1.tolist(), self.model.pair_geom2.tolist())]
         for geom in self.geoms[body]:
@@ -213,14 +213,14 @@ class _Converter:
             if name in locked:
                 qpos0[at] = locked[name]
             else:
-                # Quaternions have w first there, and last here.
+                # Quaternions have w first in MuJoCo, and last here.
                 index += ([0, 1, 2, 4, 5, 6, 3], [1, 2, 3, 0], [0], [0])[kind]
                 width = (7, 4, 1, 1)[kind]
                 index[-width:] = [at + k for k in index[-width:]]
         return np.array(index, dtype=np.int64), qpos0
 
     def shape(self, geom: int) -> str:
-        """The shape of a geom as URDF has it; empty where it has none."""
+        """Returns the shape of a geom as URDF, which is empty if URDF has no such shape."""
         kinds, size = self.mujoco.mjtGeom, self.model.geom_size[geom]
         kind = kinds(int(self.model.geom_type[geom]))
         if kind == kinds.mjGEOM_BOX:
@@ -234,7 +234,7 @@ class _Converter:
         return f'<mesh filename={quoteattr(str(source))}/>' if source else ""
 
     def mesh(self, geom: int) -> Any:
-        """The path of a mesh file for a geom that is one, or an ellipsoid; else None, told."""
+        """Writes the mesh file of a mesh or an ellipsoid and returns its path; notes other geoms and returns None."""
         kinds = self.mujoco.mjtGeom
         kind = kinds(int(self.model.geom_type[geom]))
         name = self.name("GEOM", geom, "geom")
@@ -258,7 +258,7 @@ class _Converter:
         return self.meshes[key]
 
     def obstacle(self, geom: int, name: str, data: Any) -> Any:
-        """A geom of the world."""
+        """Makes the obstacle of a geom that does not move; None if its shape is left out."""
         kinds, size = self.mujoco.mjtGeom, self.model.geom_size[geom]
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
@@ -276,7 +276,7 @@ class _Converter:
         return Mesh(source, pose, name, convex=True) if source else None
 
     def urdf(self) -> str:
-        # `mujoco/name` must not be a name that the model has.
+        # Names of the form `mujoco/name` must not collide with names of the model.
         robot = "mujoco"
         while any(name.startswith(f"{robot}/") for name in self.names.taken | self.joint_names.taken):
             robot += "_"
@@ -286,7 +286,7 @@ class _Converter:
         return "".join(out) + "</robot>"
 
     def body(self, body: int) -> str:
-        """A link for every joint, one after the other, then the body itself, fixed to the last."""
+        """Returns a link for every joint, one after the other, and then the body itself, fixed to the last of them."""
         model, out = self.model, ""
         parent = int(model.body_parentid[body])
         position, quaternion = model.body_pos[body].copy(), model.body_quat[body].copy()
@@ -309,7 +309,7 @@ class _Converter:
             else:
                 new_anchor = model.jnt_pos[joint].copy() if kind != "prismatic" else anchor.copy()
                 position = position + _rotation(quaternion) @ (new_anchor - anchor)
-                # MuJoCo measures from where the model starts: positions are the same here if the frame goes back by that.
+                # MuJoCo measures positions from qpos0; moving the frame back by it makes positions equal in both.
                 if kind == "revolute":
                     quaternion = _product(quaternion, _quaternion(axis, -reference))
                 elif kind == "prismatic":
@@ -347,7 +347,7 @@ class _Converter:
         return out
 
     def pairs(self, everything: Mapping[str, List[int]], locked: Mapping[str, float]) -> Tuple[_Pairs, _Pairs]:
-        """What MuJoCo does not check, and what it does although one joint joins the two, which a scene would not check."""
+        """Returns pairs to disable, which MuJoCo does not check, and to enable: MuJoCo checks them although one joint joins them."""
         model = self.model
         excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
         explicit = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist())}
@@ -372,7 +372,7 @@ class _Converter:
         return disable, enable
 
     def rigid(self, locked: Mapping[str, float]) -> List[int]:
-        """By body, the one that it is fixed to here, where some joints are locked; itself where a joint moves it."""
+        """Returns for each body the one that it is fixed to if `locked` joints do not move: itself, if a joint moves it."""
         model, out = self.model, [0]
         for body in range(1, model.nbody):
             own = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
@@ -381,12 +381,12 @@ class _Converter:
         return out
 
     def are_joined(self, rigid: Any, first: int, second: int) -> bool:
-        """Whether a joint leads from one to the other, where `rigid` says by body which one it is fixed to."""
+        """Whether a joint connects the two bodies; `rigid` has for each body the one that it is fixed to."""
         a, b, parent = int(rigid[first]), int(rigid[second]), self.model.body_parentid
         return a != b and bool(rigid[parent[a]] == b or rigid[parent[b]] == a)
 
     def are_neighbours(self, first: int, second: int) -> bool:
-        """Whether MuJoCo has them for one rigid body, or for parent and child; the world has no neighbours."""
+        """Whether MuJoCo treats them as one rigid body, or as parent and child; the world has no neighbours."""
         weld = self.model.body_weldid
         ids: Set[int] = {int(weld[first]), int(weld[second])}
         if len(ids) == 1:

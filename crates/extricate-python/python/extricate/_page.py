@@ -1,4 +1,4 @@
-"""Pages of answers: what `show` gives back."""
+"""Pages of answers, which `show` returns."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Page:
         return written
 
     def _repr_html_(self) -> str:
-        # Without a name of its own origin it reaches nothing of the notebook.
+        # Without allow-same-origin, scripts of the page cannot reach the notebook.
         text = html.escape(self.html)
         return f'<iframe srcdoc="{text}" sandbox="allow-scripts" style="width: 100%; height: {_HEIGHT}px; border: 0"></iframe>'
 
@@ -50,7 +50,7 @@ class Page:
 
 
 def shown(text: str, path: Optional[PathLike], open_it: Optional[bool]) -> Page:
-    """Writes and opens a page as `show` is asked to."""
+    """Writes and opens a page, for `show`."""
     page = Page(text)
     if open_it if open_it is not None else not _in_notebook():
         page.open(path)
@@ -60,7 +60,7 @@ def shown(text: str, path: Optional[PathLike], open_it: Optional[bool]) -> Page:
 
 
 def _in_notebook() -> bool:
-    """Whether what is returned is shown beside what was typed."""
+    """Whether the code runs in a notebook, which displays returned objects."""
     ipython: Any = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return shell is not None and hasattr(shell, "kernel")

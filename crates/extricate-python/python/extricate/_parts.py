@@ -1,4 +1,4 @@
-"""What a scene is put together from. Plain descriptions; `Scene` checks them."""
+"""Robots and obstacles of a scene: plain descriptions, which `Scene` checks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 Path = Union[str, "os.PathLike[str]"]
 Limits = Union[Tuple[float, float], Tuple[Sequence[float], Sequence[float]]]
-# An array, or a dict with "xyz" and one of "rpy", "quat_xyzw" and "quat_wxyz".
+# A pose is an array, or a dict with "xyz" and one of "rpy", "quat_xyzw" and "quat_wxyz".
 Pose = Union[npt.ArrayLike, Mapping[str, npt.ArrayLike]]
 
 
@@ -173,7 +173,7 @@ class MujocoRobot(Robot):
         given = np.array(qpos, dtype=np.float64)
         states = given.reshape(-1, given.shape[-1])
         answers = (Scene(self) if scene is None else scene).query_batch(self.q(states), threads=threads)
-        # What is free stays to the last bit.
+        # Free states are returned unchanged, to the last bit.
         found = np.isfinite(answers["depth"]) & ~answers["free"]
         states[np.ix_(found, self.qpos_index)] = answers["witness"][found]
         return states.reshape(given.shape), np.asarray(answers["depth"]).reshape(given.shape[:-1])
@@ -191,7 +191,7 @@ class SdfRobot(Robot):
     files: Any = field(default=None, repr=False)
 
 
-# The fields of all, as `help` shows them.
+# `help` of the derived classes shows the fields of `Robot` too.
 _FIELDS = inspect.cleandoc(Robot.__doc__ or "").partition("\n\n")[2]
 for _class in (MujocoRobot, SdfRobot):
     _class.__doc__ = f"{inspect.cleandoc(_class.__doc__ or '')}\n{_FIELDS}"

@@ -1,4 +1,4 @@
-"""The bar of learning."""
+"""The progress bar of `learn` and of fleets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ._extricate import Progress
 
 
 class Bar:
-    """Percent of the budget: tqdm's bar, or a line where that is not installed."""
+    """Shows the percentage of the budget with tqdm, or as a line if tqdm is not installed."""
 
     def __init__(self) -> None:
         self._percent = 0
@@ -22,7 +22,7 @@ class Bar:
         self._bar = tqdm.tqdm(total=100, unit="%")
 
     def __call__(self, state: Progress) -> None:
-        # What remains when the budget is spent, as measuring, takes an unknown time.
+        # Steps after the budget is spent, such as measuring, take an unknown time.
         percent = min(99, int(100 * state.fraction))
         if self._bar is not None:
             self._bar.set_description_str(state.stage, refresh=False)
@@ -33,7 +33,7 @@ class Bar:
 
     def close(self, done: bool) -> None:
         if self._bar is not None:
-            if done:  # The last report came before the end.
+            if done:  # The last report was below 100 %.
                 self._bar.update(100 - self._percent)
             self._bar.close()
         else:

@@ -1,7 +1,6 @@
-"""The simple part of SDF as URDF text: a model of links, collision shapes and joints that a URDF has, and what stands around it.
+"""Converts the simple part of SDF to URDF text: a model with links, collision shapes and joints that a URDF has, and obstacles.
 
-Own code, because no package on PyPI that reads SDF is kept: what there is was last released in 2022, and the parser of Gazebo has
-no wheels.
+No package is used: those on PyPI that read SDF were last released in 2022, and the parser of Gazebo has no wheels.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ _SIZES = {"box": ["size"], "sphere": ["radius"], "cylinder": ["radius", "length"
 
 
 def converted(path: Any, options: Mapping[str, Any]) -> SdfRobot:
-    """The robot of the one model in a file that moves, and the other models as its obstacles."""
+    """Makes the robot of the one model in a file that moves, with the other models as its obstacles."""
     name = os.fspath(path)
     try:
         root = ET.parse(name).getroot()
@@ -63,7 +62,7 @@ def converted(path: Any, options: Mapping[str, Any]) -> SdfRobot:
 
 
 class _Made:
-    """What is made on the way: files, and what is to be told."""
+    """Files that a conversion makes, and notes about what it leaves out."""
 
     def __init__(self) -> None:
         self.folder = tempfile.TemporaryDirectory(prefix="extricate-sdf-")
@@ -88,7 +87,7 @@ def _transform(xyz: Any, rpy: Any) -> Array:
 
 
 def _turned(xyz: Any, quaternion: Any) -> Array:
-    """Of a unit quaternion x, y, z, w."""
+    """Returns the transform of a position and a unit quaternion x, y, z, w."""
     x, y, z, w = quaternion
     out = np.eye(4)
     out[:3, :3] = [
@@ -101,7 +100,7 @@ def _turned(xyz: Any, quaternion: Any) -> Array:
 
 
 def _quaternion(r: Array) -> Array:
-    """x, y, z, w of a rotation: the column of 4 q q' - 1 whose diagonal is largest."""
+    """Returns x, y, z, w of a rotation matrix: the column of 4 q q' with the largest diagonal, normalised."""
     k = np.array(
         [
             [r[0, 0] - r[1, 1] - r[2, 2], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
@@ -136,7 +135,7 @@ class _Model:
         self.stands = model.findtext("static", "").strip() in ("1", "true")
         self.moves = not self.stands and any(joint.get("type") != "fixed" for joint in model.findall("joint"))
         self.without_limits: Dict[str, str] = {}
-        # Of frames, in the coordinates of the world.
+        # Poses of frames in the coordinates of the world, by name.
         self.poses: Dict[str, Array] = {}
         self.place(np.eye(4))
         own, start = self.own_pose(model, model)
@@ -160,7 +159,7 @@ class _Model:
         return found
 
     def own_pose(self, owner: ET.Element, element: ET.Element) -> Tuple[Array, str]:
-        """What <pose> says, and the name of the frame that it starts from."""
+        """Reads <pose>, and the name of the frame that it is relative to."""
         pose = element.find("pose")
         if pose is None or not (pose.text or "").strip():
             return np.eye(4), "" if pose is None else pose.get("relative_to", "")
@@ -177,7 +176,7 @@ class _Model:
         return _transform(x[:3], np.deg2rad(x[3:]) if in_degrees else x[3:]), start
 
     def number(self, owner: ET.Element, text: str, what: str) -> float:
-        """A number, which may be infinite."""
+        """Reads a number, which may be infinite."""
         try:
             found = float(text)
         except ValueError:
@@ -187,7 +186,7 @@ class _Model:
         return found
 
     def link_of(self, name: str, depth: int = 0) -> Optional[str]:
-        """The link that a frame is fixed to; None of what is no frame."""
+        """Returns the link that a frame is fixed to; None if there is no such frame."""
         if name in ("", "__model__"):
             links = self.model.findall("link")
             return self.model.get("canonical_link") or (links[0].get("name", "") if links else None)
@@ -199,7 +198,7 @@ class _Model:
         return self.link_of(element.findtext("child", "") if tag == "joint" else element.get("attached_to", ""), depth + 1)
 
     def end(self, joint: ET.Element, tag: str) -> str:
-        """The link at an end of a joint, or the world."""
+        """Returns the link at one end of a joint, or `world`."""
         given = joint.findtext(tag, "").strip()
         found = "world" if given == "world" and tag == "parent" else self.link_of(given) if given else None
         if found is None or found == "":
@@ -207,7 +206,7 @@ class _Model:
         return found
 
     def pose(self, name: str, depth: int = 0) -> Array:
-        """Of a link, joint or frame, in the coordinates of the world."""
+        """Returns the pose of a link, joint or frame in the coordinates of the world."""
         if name not in self.poses:
             if name not in self.named or depth > len(self.named):
                 raise ValueError(f"{self.file}: got the frame {name!r}, expected a link, joint or frame of the model")
@@ -219,7 +218,7 @@ class _Model:
         return self.poses[name]
 
     def urdf(self) -> str:
-        # What stands does so whatever its joints are.
+        # Joints of a static model do not move.
         joints = [] if self.stands else self.model.findall("joint")
         above: Dict[str, ET.Element] = {}
         for joint in joints:
@@ -227,7 +226,7 @@ class _Model:
             if child in above:
                 raise self.fail(joint, f"got the second joint above {child!r}, expected a tree")
             above[child] = joint
-        # A URDF has no frame of a link but that of the joint above it.
+        # In a URDF, the frame of a link is that of the joint above it.
         frames = {link.get("name", ""): link.get("name", "") for link in self.model.findall("link")}
         frames.update({child: joint.get("name", "") for child, joint in above.items() if child in frames})
         roots = [name for name in frames if name not in above]
@@ -260,7 +259,7 @@ class _Model:
         return "".join(out) + "</robot>"
 
     def fixture(self, taken: Set[str], packages: Sequence[Any]) -> List[Fixture]:
-        """The model as one obstacle, if it has a shape."""
+        """Returns the model as one obstacle; none if it has no shape."""
         text = self.urdf()
         if "<collision>" not in text:
             return []
@@ -274,7 +273,7 @@ class _Model:
         return [Fixture(path, name=name, packages=packages)]
 
     def check_limits(self, given: Set[str]) -> None:
-        """Refuses joints without limits that a scene can sample within, but for those that are given some."""
+        """Refuses joints without finite limits, which a scene could not sample, unless the caller gives limits or locks them."""
         for name, found in self.without_limits.items():
             if name not in given:
                 told = f'joint "{name}": got limits of {found}, expected finite ones'
@@ -332,7 +331,7 @@ class _Model:
         axis = joint.find("axis")
         if axis is not None and kind in ("revolute", "continuous", "prismatic"):
             out += self.axis(joint, axis, own)
-        # Where a file gives none, SDF has them at 1e16.
+        # SDF spells missing limits as 1e16; from 1e9 they count as infinite.
         if kind in ("revolute", "prismatic"):
             lower, upper = (
                 self.number(joint, joint.findtext(f"axis/limit/{tag}", otherwise), f"limit: {tag}")

@@ -1,4 +1,4 @@
-"""Xacro files to URDF texts, by the package xacrodoc."""
+"""Expands xacro files to URDF texts with the package xacrodoc."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from ._extricate import _find_package
 
 
 def packages_around(path: Any) -> List[str]:
-    """The folders that a file lies in, the innermost first: packages are looked up there as they are for a URDF."""
+    """Returns the folders that a file lies in, the innermost first, in which packages are looked up as for a URDF."""
     return [str(parent) for parent in Path(os.path.abspath(os.fspath(path))).parents]
 
 
 def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tuple[str, Sequence[Any]]:
-    """The URDF text, and the folders in which its packages are looked up, those that the file lies in among them, as a text lies
-    nowhere. Paths of meshes that are relative are those of the xacro file."""
+    """Returns the URDF text, and the folders in which its packages are looked up. These include the folders of the file, because the text
+    has none. Relative paths of meshes start from the xacro file."""
     try:
         xacrodoc: Any = importlib.import_module("xacrodoc")
         finder: Any = importlib.import_module("xacrodoc.packages")

@@ -20,10 +20,10 @@ __all__ = ["ROTATIONS", "Arrays", "from_arrays", "to_arrays"]
 
 _Floats = npt.NDArray[np.float64]
 
-# What one rotation is, by the name of the form.
+# Shape of one rotation in each form.
 _SHAPES = {"matrix": (3, 3), "quat_xyzw": (4,), "quat_wxyz": (4,), "rpy": (3,), "columns": (6,)}
 ROTATIONS = tuple(_SHAPES)
-# Of unit quaternions and orthonormal matrices that were stored in single precision, or with four digits.
+# Largest deviation from unit quaternions and orthonormal matrices, which may be stored with four digits.
 _TOLERANCE = 1e-3
 
 
@@ -136,7 +136,7 @@ def _floating(scene: Scene, base: Optional[str]) -> Joint:
 
 
 def _finite(what: str, values: npt.ArrayLike, shape: Sequence[Optional[int]]) -> _Floats:
-    """As float64 of that shape, None for any length."""
+    """Converts to float64 and checks the shape, in which None stands for any length."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape)):
         expected = ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "")
@@ -178,7 +178,7 @@ def _form(rotation_as: str) -> Sequence[int]:
 
 
 def _quaternions(rotation: npt.ArrayLike, n: int, rotation_as: str) -> _Floats:
-    """As x, y, z, w."""
+    """Converts rotations of any form to quaternions x, y, z, w."""
     given = _finite("rotation", rotation, (n, *_form(rotation_as)))
     if rotation_as == "quat_xyzw":
         return _unit("rotation", given)
@@ -214,7 +214,7 @@ def _matrices_of_columns(columns: _Floats) -> _Floats:
 
 
 def _of_matrices(m: _Floats) -> _Floats:
-    """Of rotation matrices. The eigenvector of Bar-Itzhack's matrix, so that no case divides by something small
+    """Returns the quaternions of rotation matrices as eigenvectors of Bar-Itzhack's matrix, without a division by small numbers
     ("New method for extracting the quaternion from a rotation matrix", 2000, doi:10.2514/2.4654)."""
     k = np.zeros((len(m), 4, 4))
     for row, column, value in (
@@ -255,7 +255,7 @@ def _in_form(quaternions: _Floats, rotation_as: str) -> _Floats:
     if rotation_as == "columns":
         return np.concatenate([m[:, :, 0], m[:, :, 1]], 1)
     pitch, yaw = np.arctan2(-m[:, 2, 0], np.hypot(m[:, 0, 0], m[:, 1, 0])), np.arctan2(m[:, 1, 0], m[:, 0, 0])
-    # Where x points along z, any yaw will do: roll is what that yaw leaves.
+    # If the x axis points along z, yaw is arbitrary; computing roll from it keeps the rotation exact.
     sy, cy = np.sin(yaw), np.cos(yaw)
     roll = np.arctan2(sy * m[:, 0, 2] - cy * m[:, 1, 2], cy * m[:, 1, 1] - sy * m[:, 0, 1])
     return np.stack([roll, pitch, yaw], 1)

@@ -1,4 +1,4 @@
-//! The argument `clearance` of `Scene`, and lengths beside it.
+//! Reads the argument `clearance` of `Scene`, and single lengths.
 
 use extricate::entries::{ClearanceEntry, SplitClearance};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -8,12 +8,12 @@ use pyo3::types::PyMapping;
 use super::{by_name, kind};
 use crate::rows::arrays::floats;
 
-/// The argument `clearance`: a number, or one of pairs with an obstacle and one of others.
+/// The argument `clearance`: one number, or one for pairs with an obstacle and one for the others.
 #[derive(Default)]
 pub struct Clearance(ClearanceEntry);
 
 impl Clearance {
-    /// As a scene file has it.
+    /// Returns the entry of a scene file with this clearance.
     pub fn entry(&self) -> ClearanceEntry {
         self.0
     }
@@ -40,7 +40,7 @@ impl<'py> FromPyObject<'_, 'py> for Clearance {
     }
 }
 
-/// One number \[m\].
+/// Reads one number \[m\].
 ///
 /// # Errors
 /// `TypeError` or `ValueError` that say what was expected.

@@ -1,5 +1,5 @@
-//! Lists of names and of folders. A text in the place of a list is refused: Python would take it
-//! for a list of its letters.
+//! Reads lists of names and of folders. A text in place of a list is refused, because Python would
+//! iterate over its letters.
 
 use std::path::PathBuf;
 
@@ -9,10 +9,10 @@ use pyo3::types::PyString;
 
 use super::kind;
 
-/// A list of names, or what is wrong with what was given for one.
+/// A list of names, or the message that says why the argument is none.
 pub struct Names(Result<Vec<String>, String>);
 
-/// A list of folders, or what is wrong with what was given for one.
+/// A list of folders, or the message that says why the argument is none.
 pub struct Folders(Result<Vec<PathBuf>, String>);
 
 impl Default for Names {
@@ -28,20 +28,17 @@ impl Default for Folders {
 }
 
 impl Names {
-    /// Those of an argument.
+    /// Returns the names.
     ///
     /// # Errors
-    /// `TypeError` that names it.
+    /// `TypeError` that names the argument, if it is no list of names.
     pub fn of(self, argument: &str) -> PyResult<Vec<String>> {
         self.0.map_err(|problem| PyTypeError::new_err(format!("{argument}: {problem}")))
     }
 }
 
 impl Folders {
-    /// Those of an argument.
-    ///
-    /// # Errors
-    /// `TypeError` that names it.
+    /// Returns the folders; errors as of [`Names::of`].
     pub fn of(self, argument: &str) -> PyResult<Vec<PathBuf>> {
         self.0.map_err(|problem| PyTypeError::new_err(format!("{argument}: {problem}")))
     }
@@ -63,7 +60,7 @@ impl<'py> FromPyObject<'_, 'py> for Folders {
     }
 }
 
-/// What `value` lists; messages call the elements `what`.
+/// Reads the elements of a list; messages call them `what`.
 fn listed<'py, T: for<'a> FromPyObject<'a, 'py>>(value: &Bound<'py, PyAny>, what: &str) -> Result<Vec<T>, String> {
     if let Ok(text) = value.cast::<PyString>() {
         let text = text.repr().map_or_else(|_| "..".into(), |text| text.to_string());

@@ -1,4 +1,4 @@
-//! The shapes of `Mesh` and `Fixture`: from files, arrays, and the objects of other packages.
+//! Reads the shapes of `Mesh` and `Fixture` from files, arrays, and objects of other packages.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::rows::arrays::floats;
 /// Fills the shape of a `Mesh`.
 ///
 /// # Errors
-/// `TypeError` and `ValueError` for what is no mesh.
+/// `TypeError` and `ValueError` if `given` describes no mesh.
 pub fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyResult<()> {
     let source = given.getattr("source")?;
     match text_or_path(&source) {
@@ -47,8 +47,7 @@ pub fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> 
     Ok(())
 }
 
-/// Vertices and triangles: two arrays, or an object that has them, as meshes of trimesh and open3d
-/// do.
+/// Returns the vertices and triangles of a pair of arrays, or of a mesh of trimesh or open3d.
 fn arrays_of_mesh<'py>(element: &str, source: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     for triangles in ["faces", "triangles"] {
         if let (Ok(vertices), Ok(triangles)) = (source.getattr("vertices"), source.getattr(triangles)) {
@@ -68,7 +67,7 @@ fn arrays_of_mesh<'py>(element: &str, source: &Bound<'py, PyAny>) -> PyResult<(B
 /// Fills the shape of a `Fixture`.
 ///
 /// # Errors
-/// `TypeError` for what is no path.
+/// `TypeError` if `urdf` is no path.
 pub fn fixture(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyResult<()> {
     let urdf = given.getattr("urdf")?;
     let path = text_or_path(&urdf).ok().filter(|path| !path.trim_start().starts_with('<'));

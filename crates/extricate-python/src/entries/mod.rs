@@ -1,4 +1,4 @@
-//! From `Robot` and the obstacles of Python to the entries of a scene file, which the library
+//! Converts `Robot` and the obstacles of Python to the entries of a scene file, which the library
 //! checks and assembles.
 
 pub mod clearance;
@@ -27,18 +27,17 @@ use lists::Folders;
 use meshes::{fixture, mesh};
 use pose::pose;
 
-/// What messages call a scene that was put together in Python.
+/// Name in messages of a scene that was put together in Python.
 pub const NAME: &str = "scene";
 
 /// The entries of a scene, and the texts that stand for files that they name.
 pub struct Description {
-    /// What the scene file would say.
     pub entries: SceneFile,
-    /// Names and contents.
+    /// The name and the content of each text.
     pub texts: Vec<(String, String)>,
 }
 
-/// The argument `obstacles`: any number of them.
+/// The argument `obstacles`, any iterable of Python objects.
 #[derive(Default)]
 pub struct Obstacles<'py>(pub Vec<Bound<'py, PyAny>>);
 
@@ -57,15 +56,15 @@ pub struct Options<'py> {
     pub clearance: Clearance,
     /// `joint`, `object-norm` or `max-displacement`.
     pub metric: String,
-    /// By joint: one weight, or those of its translations and its rotation.
+    /// Weights by joint: one, or one of its translations and one of its rotation.
     pub weights: Option<Bound<'py, PyMapping>>,
     /// Pairs of bodies that are not checked.
     pub disable: Vec<[String; 2]>,
-    /// Pairs of bodies that are checked although a rule of the scene takes them out.
+    /// Pairs of bodies that are checked although a rule of the scene disables them.
     pub enable: Vec<[String; 2]>,
-    /// By body \[m\].
+    /// Padding by body \[m\].
     pub padding: Option<Bound<'py, PyMapping>>,
-    /// Of pairs of bodies \[m\].
+    /// Pairs of bodies with a clearance of their own \[m\].
     pub pair_clearance: Vec<(String, String, f64)>,
     /// Folders in which packages are looked up first.
     pub packages: Vec<PathBuf>,
@@ -74,7 +73,7 @@ pub struct Options<'py> {
 /// Reads the arguments of `Scene`.
 ///
 /// # Errors
-/// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape; both say
+/// `TypeError` for a value of the wrong type, `ValueError` for one of the wrong shape; both say
 /// what was expected.
 pub fn describe(
     robots: &Bound<'_, PyAny>,
@@ -90,7 +89,7 @@ pub fn describe(
         robots.extract().map_err(|_| PyTypeError::new_err(expected()))?
     };
     let robot = list.iter().enumerate().map(|(at, r)| robot_entry(at, r, &mut texts)).collect::<PyResult<_>>()?;
-    // A robot of another simulator may bring what stands around it.
+    // A robot of another simulator may bring the obstacles around it.
     let brought = |name: &str| -> PyResult<Vec<Bound<'_, PyAny>>> {
         let with = list.iter().filter(|robot| robot.hasattr(name).unwrap_or(false));
         Ok(with.map(|robot| robot.getattr(name)?.extract()).collect::<PyResult<Vec<Vec<_>>>>()?.concat())
@@ -121,8 +120,8 @@ pub fn describe(
     Ok(Description { entries, texts })
 }
 
-/// The pairs to disable and those to enable: what the caller says, and what robots of another
-/// simulator bring from there, if the caller says nothing of it.
+/// Returns the pairs to disable and those to enable: all of the caller, and those that robots of
+/// another simulator bring, unless the caller names the same pair.
 fn both_pairs(mut both: [Vec<[String; 2]>; 2], robots: &[Bound<'_, PyAny>]) -> PyResult<[Vec<[String; 2]>; 2]> {
     let all_said = both.concat();
     for robot in robots {
@@ -130,7 +129,7 @@ fn both_pairs(mut both: [Vec<[String; 2]>; 2], robots: &[Bound<'_, PyAny>]) -> P
             if !robot.hasattr(attribute).unwrap_or(false) {
                 continue;
             }
-            // The caller may put the name of the robot before those of its links.
+            // The caller may write `robot/link` for a link.
             let prefix = name_of(robot)?.map(|name| format!("{name}/")).unwrap_or_default();
             let plain = |pair: &[String; 2]| {
                 let mut pair = pair.clone().map(|name| name.strip_prefix(&prefix).unwrap_or(&name).to_owned());
@@ -145,7 +144,7 @@ fn both_pairs(mut both: [Vec<[String; 2]>; 2], robots: &[Bound<'_, PyAny>]) -> P
     Ok(both)
 }
 
-/// The name of a robot: as it says, or as its URDF text begins.
+/// Returns the name of a robot: its own, or that in the first element of its URDF text.
 fn name_of(robot: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
     if let Some(name) = robot.getattr("name")?.extract()? {
         return Ok(Some(name));
@@ -155,7 +154,7 @@ fn name_of(robot: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
     Ok(named.map(|(name, _)| name.to_owned()))
 }
 
-/// The entries of obstacles; names that are not given are none of `taken`.
+/// Returns the entries of obstacles. Those without a name get one that is not in `taken`.
 ///
 /// # Errors
 /// As [`describe`].
@@ -219,7 +218,7 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     Ok(entry)
 }
 
-/// A list of folders, as a scene file has it.
+/// Reads a list of folders as a scene file has it.
 ///
 /// # Errors
 /// As [`describe`].
@@ -227,10 +226,10 @@ pub fn folders(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<String>>
     value.extract::<Folders>()?.of(element)?.into_iter().map(unicode).collect()
 }
 
-/// What becomes of meshes, by its name.
+/// Reads the option that says how meshes are used.
 ///
 /// # Errors
-/// `ValueError` for another name.
+/// `ValueError` for an unknown word.
 pub fn geometry(element: &str, value: &Bound<'_, PyAny>) -> PyResult<GeometryKind> {
     match value.extract::<String>()?.as_str() {
         "mesh" => Ok(GeometryKind::Mesh),
@@ -258,7 +257,7 @@ fn plain_robot(urdf: String) -> RobotEntry {
     }
 }
 
-/// `number` is its place, `taken` are names that it must not have.
+/// Returns the entry of one obstacle: `number` is its place from 1, `taken` are names to avoid.
 fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> PyResult<ObstacleEntry> {
     let class = kind(given);
     let has = |name: &str| given.hasattr(name).unwrap_or(false);
@@ -269,7 +268,7 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
     }
     let name = match given.getattr("name")?.extract::<Option<String>>()? {
         Some(name) => name,
-        // The first number that is free, for a name that says what it is.
+        // The name of the class, with the first number that is free.
         None => {
             (number..).map(|k| format!("{}{k}", class.to_lowercase())).find(|n| !taken.contains(n)).expect("endless")
         }
@@ -314,14 +313,14 @@ fn limits(element: &str, value: &Bound<'_, PyAny>) -> PyResult<LimitsEntry> {
     }
 }
 
-/// `(least, greatest)`: two numbers, or two sequences of them.
+/// Reads `(lower, upper)`: two numbers, or two sequences of them.
 fn bounds(element: &str, value: &Bound<'_, PyAny>) -> PyResult<BoundsEntry> {
     let wrong = |_| PyTypeError::new_err(format!("{element}: got {}, expected (lower, upper)", kind(value)));
     let [min, max]: [Bound<'_, PyAny>; 2] = value.extract().map_err(wrong)?;
     Ok(BoundsEntry { min: floats(element, &min)?, max: floats(element, &max)? })
 }
 
-/// The values of a dict by name.
+/// Reads the values of a dict by name.
 ///
 /// # Errors
 /// As [`describe`].
@@ -341,7 +340,7 @@ pub fn by_name<T>(
     Ok(all)
 }
 
-/// An array of shape (n, 3).
+/// Reads an array of shape (n, 3).
 pub fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     let array = numbers(element, value)?;
     match array.shape() {
@@ -350,10 +349,10 @@ pub fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f
     }
 }
 
-/// A `str` as it is, an `os.PathLike` as the path that it stands for.
+/// Returns a `str` as it is, and an `os.PathLike` as its path.
 ///
 /// # Errors
-/// For what is neither.
+/// If `value` is neither, or the path is not Unicode.
 pub fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return text.extract();
@@ -367,13 +366,13 @@ fn unicode(path: PathBuf) -> PyResult<String> {
         .map_err(|path| PyValueError::new_err(format!("got the path {}, expected one that is Unicode", path.display())))
 }
 
-/// What is none of the words that are known.
+/// Makes the exception for a word that is none of the known ones.
 pub fn unknown(what: &str, found: &str, known: &[&str]) -> PyErr {
     let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
     PyValueError::new_err(format!("{what}: got \"{found}\", expected {}", known.join(" or ")))
 }
 
-/// The name of a value's class.
+/// Returns the name of the class of `value`.
 pub fn kind(value: &Bound<'_, PyAny>) -> String {
     value.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string())
 }

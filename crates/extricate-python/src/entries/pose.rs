@@ -1,4 +1,4 @@
-//! Poses as Python has them: arrays, or a dict with the keys of a scene file.
+//! Reads poses from Python: arrays, or a dict with the keys of a scene file.
 
 use extricate::entries::PoseEntry;
 use numpy::PyUntypedArrayMethods;
@@ -9,15 +9,15 @@ use pyo3::types::PyMapping;
 use super::{by_name, unknown};
 use crate::rows::arrays::{floats, numbers, tuple};
 
-/// A rotation matrix may be off an orthonormal one by this much: what arithmetic in `float32`
+/// Largest deviation of a rotation matrix from an orthonormal one, such as rounding to `float32`
 /// leaves.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
-/// `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, a homogeneous transform `(4,
-/// 4)`, or a mapping with the keys of a scene file.
+/// Reads `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, a homogeneous transform
+/// `(4, 4)`, or a mapping with the keys of a scene file.
 ///
 /// # Errors
-/// `TypeError` for what is no array of numbers, `ValueError` for another shape or key.
+/// `TypeError` if `value` is no array of numbers, `ValueError` for another shape or key.
 pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
     if value.is_none() {
         return Ok(PoseEntry::default());
@@ -40,7 +40,7 @@ pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
     }
 }
 
-/// `{"xyz": .., "rpy": ..}`, or with `quat_xyzw` or `quat_wxyz`, as in a scene file.
+/// Reads `{"xyz": .., "rpy": ..}`, or with `quat_xyzw` or `quat_wxyz`, as in a scene file.
 fn pose_by_key(element: &str, mapping: &Bound<'_, PyMapping>) -> PyResult<PoseEntry> {
     fn exactly<const N: usize>(element: &str, value: &[f64]) -> PyResult<[f64; N]> {
         let wrong = |_| PyValueError::new_err(format!("{element}: got {} numbers, expected {N}", value.len()));
@@ -60,14 +60,14 @@ fn pose_by_key(element: &str, mapping: &Bound<'_, PyMapping>) -> PyResult<PoseEn
     Ok(entry)
 }
 
-/// Of the rotation in a 4 x 4 transform, row major.
+/// Returns roll, pitch and yaw \[rad\] of a 4 x 4 transform, row major.
 fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
     let [x, y, z] = [0, 1, 2].map(|k| [m[k], m[4 + k], m[8 + k]]);
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let cross = |k: usize| x[(k + 1) % 3] * y[(k + 2) % 3] - x[(k + 2) % 3] * y[(k + 1) % 3];
     let off = [dot(x, x) - 1.0, dot(y, y) - 1.0, dot(x, y), cross(0) - z[0], cross(1) - z[1], cross(2) - z[2]];
     let last = [m[12], m[13], m[14], m[15] - 1.0];
-    // NaN is not small either.
+    // Written so that NaN is refused too.
     if !off.into_iter().chain(last).all(|x| x.abs() <= ROTATION_TOLERANCE) {
         return Err(PyValueError::new_err(format!(
             "{element}: got a 4 x 4 matrix that is no rigid transform, expected a rotation and a last row 0, 0, 0, 1"
@@ -75,6 +75,6 @@ fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
     }
     let cosine = x[0].hypot(x[1]);
     let pitch = (-x[2]).atan2(cosine);
-    // Where pitch is a right angle, roll and yaw turn about one axis; all of it is called roll.
+    // If the pitch is a right angle, roll and yaw rotate about the same axis, and yaw is set to 0.
     if cosine < 1e-9 { Ok([(-z[1]).atan2(y[1]), pitch, 0.0]) } else { Ok([y[2].atan2(z[2]), pitch, x[1].atan2(x[0])]) }
 }

@@ -1,4 +1,4 @@
-//! Points, voxels, half-spaces and height fields of Python, and `Scene.robot_filter`.
+//! Reads points, voxels, half-spaces and height fields; implements `Scene.robot_filter`.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, numbers, one_config, tuple};
 use crate::scene::Scene;
 
-/// Points after which `Scene.robot_filter` looks whether to stop.
-const AT_ONCE: usize = 1024;
+/// Points between two polls for a stop in `Scene.robot_filter`.
+const POLL_POINTS: usize = 1024;
 
-/// The shape of an obstacle of one of these classes, and how many points of it are left out because
-/// they are NaN; `None` of another class. `element` is what messages call the obstacle.
+/// Returns the shape of an obstacle and how many of its points were left out because they are NaN;
+/// `None` for other classes. Messages call the obstacle `element`.
 ///
 /// # Errors
-/// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape or size.
+/// `TypeError` for a value of the wrong type, `ValueError` for one of the wrong shape or size.
 pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<(Geometry, usize)>> {
     let get = |name: &str| given.getattr(name);
     let number = |name: &str| -> PyResult<f64> {
@@ -67,7 +67,7 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
     Ok(Some((geometry, left_out)))
 }
 
-/// Indices of occupied cells: where a boolean grid of three dimensions is true, or rows of three.
+/// Reads the indices of occupied cells from a boolean grid (nx, ny, nz), or from rows of three.
 fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> {
     let numpy = occupied.py().import("numpy")?;
     let expected = "expected a boolean grid (nx, ny, nz) or indices (n, 3)";
@@ -125,7 +125,7 @@ impl Scene {
         let watch = long_call::Watch::new();
         let stop = watch.stop();
         let filter = |scratch: &mut _| {
-            let parts = points.chunks(AT_ONCE).take_while(|_| !stop.is_asked());
+            let parts = points.chunks(POLL_POINTS).take_while(|_| !stop.is_asked());
             parts.flat_map(|part| solver.checker().robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
         };
         let keep = py.detach(|| watch.over(|| solver.with_scratch(filter)))?;

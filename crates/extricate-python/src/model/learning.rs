@@ -1,4 +1,4 @@
-//! Python's `learn`: a scene is learned in seconds, with progress and Ctrl-C.
+//! The function `learn`, with progress and Ctrl-C.
 
 use std::ops::ControlFlow;
 
@@ -47,7 +47,7 @@ pub fn learn(
                 if listener.has_enough() { ControlFlow::Break(()) } else { line.flow() }
             };
             let model = extricate::Model::learn_with(copy, &options, &mut report)?;
-            // Nobody will see the model of a call that was stopped.
+            // A call that was stopped raises, so that nobody gets its model.
             if line.stopped() { Err(Error::Interrupted) } else { Ok(model) }
         },
     );
@@ -55,7 +55,7 @@ pub fn learn(
     Ok(Model::of(learned?.map_err(exception)?.into()))
 }
 
-/// The options of a run, from arguments of Python.
+/// Reads the options of a run from the arguments of `learn`.
 ///
 /// # Errors
 /// `ValueError` that says what was expected.
@@ -66,8 +66,8 @@ fn options(
     thread_count: i64,
 ) -> PyResult<LearnOptions> {
     let mut options = LearnOptions::default().threads(threads(thread_count)?);
-    // Who counts labels wants a model that another machine learns too; a silent time limit would
-    // break that.
+    // A caller who gives `labels` wants the same model on every machine, which a default limit of
+    // time would break.
     if labels.is_some() || seconds.is_some() {
         options.seconds = seconds;
     }

@@ -19,7 +19,7 @@ use crate::scene::{Scene, edit};
 use crate::solver::Solver;
 use crate::solver::handle::Handle;
 
-/// What a model that comes from memory is called in messages.
+/// Name in messages of a model that comes from memory.
 const IN_MEMORY: &str = "in memory";
 
 /// What was learned of a scene: all that queries need, geometry included.
@@ -38,12 +38,12 @@ impl Model {
         Self { handle: Handle::new(extricate::Solver::of_model(Arc::clone(&model))), model }
     }
 
-    /// What the model is asked through, in the scene that it was learned for.
+    /// The handle for calls in the scene that the model was learned for.
     pub fn handle(&self) -> &Handle {
         &self.handle
     }
 
-    /// What the model is asked through in a scene.
+    /// Makes the handle for calls with this model in `scene`.
     ///
     /// # Errors
     /// `ValueError` if stored configurations or distances would mean something else there.

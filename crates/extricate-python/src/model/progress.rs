@@ -1,4 +1,4 @@
-//! What Python is told of a learning run.
+//! Passes the progress of a learning run to Python.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -40,7 +40,7 @@ impl From<LearnProgress> for Progress {
     }
 }
 
-/// Who hears of a run: nobody, a bar, or a function that may end it.
+/// Receiver of the progress of a run: nobody, a bar, or a function that may end the run.
 #[derive(Default)]
 pub struct Listener {
     function: Option<Py<PyAny>>,
@@ -50,7 +50,7 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// From the argument `progress`: None (a bar if stderr is a terminal), a bool or a callable.
+    /// Reads the argument `progress`: None (a bar if stderr is a terminal), a bool or a callable.
     ///
     /// # Errors
     /// `TypeError` for anything else.
@@ -61,7 +61,7 @@ impl Listener {
             Ok(Self { is_bar: function.is_some(), function, enough: AtomicBool::new(false) })
         };
         let Some(progress) = progress else {
-            // A program without a stderr, or with another one, has no terminal.
+            // `sys.stderr` may be None or lack `isatty`, and is no terminal then.
             let is_terminal = || py.import("sys")?.getattr("stderr")?.call_method0("isatty")?.extract::<bool>();
             return bar(is_terminal().unwrap_or(false));
         };
@@ -75,7 +75,7 @@ impl Listener {
         Err(PyTypeError::new_err(format!("progress: got {found}, expected True, False, None or a function")))
     }
 
-    /// Passes `state` on; the function ends the run by returning False.
+    /// Passes `state` to the function, which ends the run if it returns False.
     pub fn hear(&self, py: Python<'_>, state: LearnProgress) -> PyResult<()> {
         let Some(function) = &self.function else { return Ok(()) };
         let said = function.call1(py, (Progress::from(state),))?;
@@ -90,7 +90,7 @@ impl Listener {
         self.enough.load(Ordering::Relaxed)
     }
 
-    /// After the run; whether it came to its end.
+    /// Closes a bar after the run; `done` is false if an exception interrupted the run.
     pub fn close(&self, py: Python<'_>, done: bool) -> PyResult<()> {
         match &self.function {
             Some(bar) if self.is_bar => bar.call_method1(py, "close", (done,)).map(drop),

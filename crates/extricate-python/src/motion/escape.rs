@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
-use super::{HOME, config, rows};
+use super::{PYTHON_MODULE, config, rows};
 use crate::error::{Whole, count, exception};
 use crate::long_call;
 use crate::queries::options::termination;
@@ -16,7 +16,6 @@ static ESCAPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 /// Keywords of `escape`, in the order of its signature.
 pub type Keywords = (Option<f64>, f64, Whole, f64, Whole, u64, Option<Whole>, Option<f64>);
 
-/// See `Solver.escape`.
 pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (q.py(), handle.scene());
     let (aim, tolerance, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
@@ -40,5 +39,5 @@ pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords) -
     }
     let method = method.map(EscapeMethod::name);
     let fields = (rows(py, &points)?, free_from, method, colliding, deepening, length, max_displacement, checks);
-    ESCAPE.import(py, HOME, "Escape")?.call1(fields)
+    ESCAPE.import(py, PYTHON_MODULE, "Escape")?.call1(fields)
 }

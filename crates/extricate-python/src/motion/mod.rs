@@ -1,4 +1,4 @@
-//! Motions and grasps: what their calls share.
+//! Implements the calls for motions and grasps.
 
 pub mod escape;
 pub mod plan;
@@ -12,16 +12,16 @@ use pyo3::prelude::*;
 
 use crate::rows::arrays::{bad_row, one_config};
 
-/// Where the classes of Python's half are.
-const HOME: &str = "extricate._motion";
+/// Python module with the classes that motions return.
+const PYTHON_MODULE: &str = "extricate._motion";
 
-/// A configuration within its limits; `name` is the argument's.
+/// Reads a configuration within its limits from the argument `name`.
 fn config(name: &str, value: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
     let q = one_config(name, value, scene.space())?;
     scene.config(q.values()).map_err(|error| bad_row(name, 0, true, error))
 }
 
-/// Points of a path, `(n, nq)`; `None` if there is no path.
+/// Returns the points of a path, `(n, nq)`; `None` if there is no path.
 fn rows<'py>(py: Python<'py>, points: &[Vec<f64>]) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
     Ok(if points.is_empty() { None } else { Some(PyArray2::from_vec2(py, points)?) })
 }

@@ -7,7 +7,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use super::roadmap::Roadmap;
-use super::{HOME, config, rows};
+use super::{PYTHON_MODULE, config, rows};
 use crate::error::{Whole, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::options::termination;
@@ -18,7 +18,6 @@ static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 /// Keywords of `plan`, in the order of its signature.
 pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, bool, u64, i64, Option<Whole>, Option<f64>);
 
-/// See `Solver.plan`.
 pub fn plan<'py>(
     handle: &Handle,
     (from, to): (&Bound<'py, PyAny>, &Bound<'py, PyAny>),
@@ -53,5 +52,5 @@ pub fn plan<'py>(
     }
     let Plan { points, method, length, checks, nodes, .. } = found?.map_err(exception)?;
     let fields = (rows(py, &points)?, method.map(PlanMethod::name), length, checks, nodes);
-    PLAN.import(py, HOME, "Plan")?.call1(fields)
+    PLAN.import(py, PYTHON_MODULE, "Plan")?.call1(fields)
 }

@@ -1,4 +1,4 @@
-//! Hands that hold an object and penetrate nothing.
+//! `release`: hands that hold an object and penetrate nothing.
 
 use extricate::entries::{SceneFile, read_obstacles};
 use extricate::{Config, Grasp, Hand, QueryOptions, ReleaseOptions, Released};
@@ -14,15 +14,15 @@ use crate::entries::lists::Names;
 use crate::error::{Whole, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::options::{termination, weights_of};
-use crate::rows::LOOK;
+use crate::rows::POLL_ROWS;
 use crate::rows::arrays::{Configs, bad_row, configs, floats};
 use crate::solver::handle::{Handle, prepare};
 
-const HOME: &str = "extricate._grasp";
+const PYTHON_MODULE: &str = "extricate._grasp";
 static GRASP: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static CONTACT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// Touch, friction and clearance.
+/// The keywords `touch`, `friction` and `clearance`.
 type Lengths = (f64, Option<f64>, Option<f64>);
 
 /// Keywords of `release`, in the order of its signature.
@@ -37,7 +37,6 @@ pub type Keywords<'a, 'py> = (
     i64,
 );
 
-/// See `Solver.release`.
 pub fn release<'py>(
     handle: &Handle,
     queries: &Bound<'py, PyAny>,
@@ -93,7 +92,7 @@ fn options_of(keep: &str, (touch, friction, clearance): Lengths, mut query: Quer
 
 fn configs_of(py: Python<'_>, q: &Configs, scene: &extricate::Scene) -> PyResult<Vec<Config>> {
     let config = |(row, values): (usize, &[f64])| {
-        if row % LOOK == 0 {
+        if row % POLL_ROWS == 0 {
             py.check_signals()?;
         }
         scene.space().config_anywhere(values).map_err(|error| bad_row("Q", row, q.single, error))
@@ -101,11 +100,11 @@ fn configs_of(py: Python<'_>, q: &Configs, scene: &extricate::Scene) -> PyResult
     q.values().chunks_exact(scene.space().nq()).enumerate().map(config).collect()
 }
 
-/// What is held.
+/// The objects that the rows hold.
 enum Held {
-    /// An obstacle of the scene.
+    /// All rows hold the same obstacle of the scene.
     Named(Hand),
-    /// Obstacles of their own, and which of them each row holds.
+    /// Obstacles that are not in the scene, and the index of the one that each row holds.
     Given(Box<SceneFile>, Vec<usize>),
 }
 
@@ -122,7 +121,7 @@ impl Held {
             let message = format!("object: got {} obstacles for {rows} rows, expected one each", given.len());
             return Err(PyValueError::new_err(message));
         }
-        // Objects of Python that are one and the same are prepared once.
+        // A Python object that occurs several times is prepared once.
         let (mut unlike, mut places): (Vec<Bound<'_, PyAny>>, Vec<usize>) = (Vec::new(), Vec::new());
         let mut known = std::collections::HashMap::new();
         for object in given {
@@ -165,7 +164,7 @@ fn posture(open: &Bound<'_, PyAny>, scene: &extricate::Scene) -> PyResult<Vec<f6
     found.map(Vec::from).map_err(|error| bad_row("open", 0, true, error))
 }
 
-/// The solver of the scene with its weights, or with others.
+/// Returns a solver without a model, with the weights of the hand, the scene or the caller.
 fn weighted(py: Python<'_>, weights: Option<&Bound<'_, PyAny>>, handle: &Handle) -> PyResult<extricate::Solver> {
     handle.ready(py)?;
     let solver = handle.solver().without_model();
@@ -185,15 +184,15 @@ fn weighted(py: Python<'_>, weights: Option<&Bound<'_, PyAny>>, handle: &Handle)
     solver.weighted(weights.iter().map(|(name, weights)| (name.as_str(), *weights))).map_err(exception)
 }
 
-/// A grasp as an object of Python's class.
+/// Converts a grasp to the Python class `Grasp`.
 fn object_of<'py>(py: Python<'py>, grasp: &Grasp) -> PyResult<Bound<'py, PyAny>> {
     let contact = |contact: &extricate::GraspContact| {
         let [point, normal] = [contact.point, contact.normal].map(|v| PyArray1::from_slice(py, &v));
-        CONTACT.import(py, HOME, "GraspContact")?.call1((&contact.link, contact.distance, point, normal))
+        CONTACT.import(py, PYTHON_MODULE, "GraspContact")?.call1((&contact.link, contact.distance, point, normal))
     };
     let contacts = grasp.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?;
     let quality = grasp.quality;
-    GRASP.import(py, HOME, "Grasp")?.call1((
+    GRASP.import(py, PYTHON_MODULE, "Grasp")?.call1((
         PyArray1::from_slice(py, &grasp.config),
         grasp.moved,
         grasp.verified,

@@ -1,4 +1,4 @@
-//! `repair`: paths that collide, as proved ones near them.
+//! `repair`: replaces paths that collide by paths near them that are proved free.
 
 use extricate::{RepairOptions, Repaired, Rows};
 use numpy::PyArray1;
@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
-use super::{HOME, rows};
+use super::{PYTHON_MODULE, rows};
 use crate::error::{Whole, exception};
 use crate::long_call;
 use crate::queries::options::termination;
@@ -18,7 +18,6 @@ static REPAIRED: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 /// Keywords of `repair`, in the order of its signature.
 pub type Keywords = (Option<f64>, Option<f64>, f64, u64, Option<Whole>, Option<f64>);
 
-/// See `Solver.repair`.
 pub fn repair<'py>(handle: &Handle, path: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {
     let (py, space) = (path.py(), handle.scene().space());
     let (aim, max_deviation, resolution, seed, max_checks, max_seconds) = keywords;
@@ -33,5 +32,5 @@ pub fn repair<'py>(handle: &Handle, path: &Bound<'py, PyAny>, keywords: Keywords
     let Repaired { points, places, deviation, length, length_before, stretches, gaps, checks, .. } = found;
     let places = PyArray1::from_vec(py, places);
     let fields = (rows(py, &points)?, places, deviation, length, length_before, stretches, gaps, checks);
-    REPAIRED.import(py, HOME, "Repaired")?.call1(fields)
+    REPAIRED.import(py, PYTHON_MODULE, "Repaired")?.call1(fields)
 }

@@ -1,4 +1,4 @@
-//! The class `Roadmap`: what plans of one scene share.
+//! The class `Roadmap`, which the plans of one scene share.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -30,12 +30,11 @@ impl Roadmap {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The roadmap, until it is given back; `None` while another call has it.
+    /// Takes the roadmap until it is given back; `None` while another call has it.
     pub fn take(&self) -> Option<extricate::Roadmap> {
         self.inner().take()
     }
 
-    /// See [`Roadmap::take`].
     pub fn give_back(&self, roadmap: extricate::Roadmap) {
         *self.inner() = Some(roadmap);
     }

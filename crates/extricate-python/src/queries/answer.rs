@@ -1,4 +1,4 @@
-//! Answers of queries as objects.
+//! Converts answers of queries to Python objects.
 
 use extricate::{Answer, ContactRecord, ExitRecord, Scene, Unproved};
 use numpy::{PyArray1, PyArray2};
@@ -6,23 +6,23 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};
 
-/// Where the classes of Python's half are.
-const HOME: &str = "extricate._answer";
+/// Python module with the classes of answers.
+const PYTHON_MODULE: &str = "extricate._answer";
 static ANSWER: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static CONTACT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static EXIT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// `answer` as an object of the class `Answer`, with the names that `scene` gives pairs.
+/// Converts `answer` to the Python class `Answer`; `scene` has the names of pairs.
 pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<Bound<'py, PyAny>> {
     let answer = answer.record(scene);
     let contact = |contact: &ContactRecord| {
         let points = PyArray2::from_vec2(py, &[contact.point_first, contact.point_second].map(Vec::from))?;
         let normal = PyArray1::from_slice(py, &contact.normal);
-        CONTACT.import(py, HOME, "Contact")?.call1((pair(contact.pair), contact.distance, points, normal))
+        CONTACT.import(py, PYTHON_MODULE, "Contact")?.call1((pair(contact.pair), contact.distance, points, normal))
     };
     let exit = |exit: &ExitRecord| {
         let witness = PyArray1::from_slice(py, exit.witness);
-        EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, pairs(&exit.touching)))
+        EXIT.import(py, PYTHON_MODULE, "Exit")?.call1((exit.depth, witness, pairs(&exit.touching)))
     };
     let fields: [Bound<'_, PyAny>; 22] = [
         answer.depth.into_pyobject(py)?.into_any(),
@@ -48,10 +48,9 @@ pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<
         answer.checks.into_pyobject(py)?.into_any(),
         answer.effort.name().into_pyobject(py)?.into_any(),
     ];
-    ANSWER.import(py, HOME, "Answer")?.call1(PyTuple::new(py, fields)?)
+    ANSWER.import(py, PYTHON_MODULE, "Answer")?.call1(PyTuple::new(py, fields)?)
 }
 
-/// The names of a pair as a tuple.
 fn pair([first, second]: [&str; 2]) -> (&str, &str) {
     (first, second)
 }

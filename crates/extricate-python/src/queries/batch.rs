@@ -1,4 +1,4 @@
-//! Many queries: from the rows of one array into the rows of another, on many threads.
+//! Answers many queries on many threads, from the rows of one array into those of another.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,16 +14,16 @@ use super::layout::Layout;
 use super::options::{Asked, Call};
 use crate::error::{threads, warn};
 use crate::long_call;
-use crate::rows::LOOK;
+use crate::rows::POLL_ROWS;
 use crate::rows::arrays::{Configs, bad_row, configs};
 use crate::solver::handle::Handle;
 
-/// Queries handed to a thread at once.
-const CHUNK: usize = 32;
+/// Queries that a thread takes at once.
+const CHUNK_QUERIES: usize = 32;
 
-/// Limits of every coordinate, if all that is between them is a configuration: rows of free
-/// space are answered in a few microseconds, and this tells most of them right in a few
-/// nanoseconds. `None` if a rotation is among the coordinates.
+/// Returns the limits of every coordinate if all values between them are configurations; `None` if
+/// there is a rotation. They accept most rows in a few nanoseconds, which counts because rows of
+/// free space are answered in a few microseconds.
 fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
     let limits = |factor: &Factor| match factor.manifold {
         Manifold::Interval { lower, upper } => Some([lower, upper]),
@@ -33,11 +33,11 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
     space.factors().iter().map(limits).collect()
 }
 
-/// Looks at all rows before any is answered: nobody wants to hear after an hour that the last one
-/// was wrong. Warns if one looks like degrees.
+/// Checks all rows before any is answered, so that a wrong last row does not fail the call after an
+/// hour. Warns if a row seems to be in degrees.
 ///
 /// # Errors
-/// That of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
+/// The error of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
 fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyResult<()> {
     let (rows, single) = (q.values(), q.single);
     let limits = plain_limits(scene.space());
@@ -47,7 +47,7 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
     let look = || {
         let mut degrees = None;
         for (row, values) in rows.chunks_exact(scene.space().nq()).enumerate() {
-            if row % LOOK == 0 && stop.is_asked() {
+            if row % POLL_ROWS == 0 && stop.is_asked() {
                 break;
             }
             if limits.is_some() && plain(values) {
@@ -69,12 +69,12 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
     }
 }
 
-/// The answers for all rows as a structured array of [`Layout`], with a warning if some have none
-/// because some pairs collide wherever one looks.
+/// Answers all rows, in a structured array of [`Layout`]. If a row has no answer,
+/// [`Handle::advise`] may warn.
 ///
 /// # Errors
-/// `ValueError` for a shape or a row that is no configuration, before anything is asked;
-/// `MemoryError` if the answers cannot be kept; what [`long_call::run`] raises.
+/// `ValueError` for a shape or a row that is no configuration, before any row is answered;
+/// `MemoryError` if the answers cannot be kept; the exceptions of [`long_call::run`].
 pub fn answers<'py>(
     handle: &Handle,
     queries: &Bound<'py, PyAny>,
@@ -90,7 +90,7 @@ pub fn answers<'py>(
     let is_kept = |size: &usize| size.checked_mul(q.rows).is_some_and(|bytes| bytes <= isize::MAX as usize);
     let size = layout.size().filter(is_kept);
     let size = size.ok_or_else(|| PyMemoryError::new_err("the answers are more than can be addressed"))?;
-    // Written by the byte, because no type of Rust has the layout of a row; read through a view.
+    // Bytes, because no Rust type has the layout of a row; Python reads them through a view.
     let answers = py.import("numpy")?.call_method1("zeros", (q.rows * size, "u1"))?.cast_into::<PyArray1<u8>>()?;
     let batch = Batch { asked: &asked, scene, layout, size, lacks_answers: AtomicBool::new(false) };
     {
@@ -99,10 +99,10 @@ pub fn answers<'py>(
         let (values, single, nq) = (q.values(), q.single, scene.space().nq());
         let mut fill = |line: &long_call::Line<()>| {
             let solver = asked.stopped_by(&solver, line.stop());
-            let answers = answers.par_chunks_mut(CHUNK * size);
-            let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
+            let answers = answers.par_chunks_mut(CHUNK_QUERIES * size);
+            let chunks = values.par_chunks(CHUNK_QUERIES * nq).zip(answers).enumerate();
             chunks.try_for_each(|(at, (values, answers))| {
-                let place = (at * CHUNK, single);
+                let place = (at * CHUNK_QUERIES, single);
                 batch.fill(&solver, values, answers, place, &|| line.stopped())
             })
         };
@@ -114,20 +114,20 @@ pub fn answers<'py>(
     answers.call_method1("view", (layout.dtype(py, size)?,))
 }
 
-/// What is written into the rows of a batch.
+/// Shared data of the threads that fill the rows of a batch.
 struct Batch<'a> {
     asked: &'a Asked,
     scene: &'a Scene,
     layout: Layout,
-    /// Bytes of a row.
+    /// Size of a row of answers \[bytes\].
     size: usize,
     /// Whether nothing free was found for some row.
     lacks_answers: AtomicBool,
 }
 
 impl Batch<'_> {
-    /// Answers some rows. `first` is the number of the first of them; `single` tells that a row on
-    /// its own was given.
+    /// Answers some rows, the first of which has the index `first`. `single` says that the call has
+    /// one configuration, which messages name without an index.
     fn fill(
         &self,
         solver: &extricate::Solver,

@@ -1,29 +1,29 @@
-//! Answers of many queries as rows of a structured array.
+//! Writes answers of many queries as rows of a structured array.
 
 use extricate::{Answer, QueryOptions, Scene};
 use numpy::PyArrayDescr;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// How an answer is laid out in a row: numbers of eight bytes, then truth values. What was not
-/// asked for has no field.
+/// Layout of an answer in a row: numbers of eight bytes, then booleans. Results that were not
+/// requested have no field.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout {
     nq: usize,
     nv: usize,
     segment: bool,
     free_radius: bool,
-    /// Places for exits; 0 if one alone was asked for.
+    /// Places for exits; 0 if only one was requested.
     exits: usize,
-    /// Checked pairs of the scene; 0 if they are not to be told.
+    /// Number of checked pairs of the scene; 0 if contacts were not requested.
     pairs: usize,
 }
 
-/// Name, type (`f8`, `i8` or `?`) and shape.
+/// The name, type (`f8`, `i8` or `?`) and shape of a field.
 type Field = (&'static str, &'static str, Vec<usize>);
 
 impl Layout {
-    /// The layout of answers in `scene` to queries with `options`.
+    /// Returns the layout of answers in `scene` to queries with `options`.
     pub fn new(scene: &Scene, options: &QueryOptions) -> Self {
         Self {
             nq: scene.space().nq(),
@@ -35,7 +35,7 @@ impl Layout {
         }
     }
 
-    /// What a row holds, in order.
+    /// Returns the fields of a row, in order.
     fn fields(self) -> Vec<Field> {
         let number = |name| (name, "f8", vec![]);
         let mut fields: Vec<Field> =
@@ -63,7 +63,7 @@ impl Layout {
         fields
     }
 
-    /// Bytes of a row; `None` if that is more than can be counted.
+    /// Returns the size of a row \[bytes\]; `None` if it overflows.
     pub fn size(self) -> Option<usize> {
         let add = |sum: usize, (_, kind, shape): Field| {
             let one = if kind == "?" { 1usize } else { 8 };
@@ -73,7 +73,7 @@ impl Layout {
         self.fields().into_iter().try_fold(0, add)?.checked_next_multiple_of(8)
     }
 
-    /// The NumPy type of a row of `size` bytes.
+    /// Returns the NumPy type of a row of `size` bytes.
     pub fn dtype(self, py: Python<'_>, size: usize) -> PyResult<Bound<'_, PyArrayDescr>> {
         let numpy = py.import("numpy")?;
         let (mut names, mut formats, mut offsets, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
@@ -96,15 +96,15 @@ impl Layout {
         Ok(numpy.call_method1("dtype", (fields,))?.cast_into()?)
     }
 
-    /// Writes that a row was no configuration: no number at all, depth included.
+    /// Writes a row whose query was no configuration: its depth and its bound are NaN too.
     pub fn write_no_query(self, row: &mut [u8]) {
         self.write(None, row);
         row[..8].copy_from_slice(&f64::NAN.to_ne_bytes());
         row[8..16].copy_from_slice(&f64::NAN.to_ne_bytes());
     }
 
-    /// Writes an answer into the bytes of its row, which are 0; if there is none, an infinite
-    /// depth and no numbers.
+    /// Writes an answer into the bytes of its row, which are 0. Without an answer, the depth is
+    /// infinite and most other numbers are NaN.
     pub fn write(self, answer: Option<&Answer>, row: &mut [u8]) {
         let mut at = 0;
         let mut put = |bytes: &[u8]| {

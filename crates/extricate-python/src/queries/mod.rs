@@ -1,4 +1,4 @@
-//! Queries: what is asked, and how answers are told.
+//! Implements the calls that query configurations: keywords, answers, batches and pages.
 
 pub mod answer;
 pub mod batch;
@@ -14,8 +14,8 @@ use crate::long_call;
 use crate::solver::handle::Handle;
 use options::Call;
 
-/// The witness alone, with the defaults of the handle; `None` if nothing free was found, with the
-/// warning of [`query`].
+/// Returns the witness alone, with the defaults of the handle; `None` if nothing free was found,
+/// with the warning of [`query`].
 pub fn nearest_exit<'py>(handle: &Handle, q: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
     let py = q.py();
     let mut asked = handle.asked(py, None, Call::Query)?;
@@ -30,9 +30,8 @@ pub fn nearest_exit<'py>(handle: &Handle, q: &Bound<'py, PyAny>) -> PyResult<Opt
     Ok(Some(PyArray1::from_slice(py, &witness)))
 }
 
-/// The answer for one configuration as an object; `None` if nothing free was found, with a
-/// warning if that is because some pairs collide wherever one looks. `owner` is the object of
-/// Python that was asked.
+/// Answers one configuration with an object; `None` if nothing free was found, with the warning of
+/// [`Handle::advise`]. `owner` is the Python object whose method was called.
 pub fn query<'py>(
     handle: &Handle,
     q: &Bound<'py, PyAny>,
@@ -50,7 +49,7 @@ pub fn query<'py>(
         return Ok(None);
     };
     let object = answer::object(py, &answer, scene)?;
-    // For `Answer.show`, which asks once more.
+    // `Answer.show` repeats the query.
     object.setattr("_asked", (owner, PyArray1::from_slice(py, &config), given))?;
     Ok(Some(object))
 }

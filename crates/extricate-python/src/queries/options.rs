@@ -1,5 +1,4 @@
-//! What is asked of a query: the keywords of `query`, `batch` and `stream`, read in one place. The
-//! library checks what they mean.
+//! Reads the keywords of `query`, `batch` and `stream` in one place. The library checks the values.
 
 use extricate::{Config, Error, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -11,12 +10,12 @@ use crate::entries::lists::Names;
 use crate::error::{Whole, count, exception, warn};
 use crate::rows::arrays::{bad_row, floats, one_config};
 
-/// The keywords that every call has beside those of [`QUERY_OPTIONS`].
-const BESIDE: [&str; 4] = ["options", "free", "weights", "limits"];
-/// The options that a stream does not have, as each of its answers is the nearest exit.
+/// The keywords that every call takes beside those of [`QUERY_OPTIONS`].
+const EXTRA_KEYWORDS: [&str; 4] = ["options", "free", "weights", "limits"];
+/// The options that a stream does not take, because each of its answers is the nearest exit.
 const NOT_OF_STREAMS: [&str; 3] = ["exits", "toward", "toward_share"];
-/// The keyword that may hold values of most others.
-const OPTIONS: &str = "options";
+/// The keyword whose object may set most of the others.
+const OPTIONS_KEYWORD: &str = "options";
 static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// The options of queries that the library has: (name, default, expected), the default as Python
@@ -26,7 +25,7 @@ pub fn _query_options() -> Vec<(&'static str, &'static str, &'static str)> {
     QUERY_OPTIONS.iter().map(|option| (option.name, option.default, option.expected)).collect()
 }
 
-/// A call, which decides what keywords there are.
+/// The kind of a call, which decides what keywords it takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Call {
     Query,
@@ -36,7 +35,7 @@ pub enum Call {
 
 impl Call {
     fn takes(self, name: &str) -> bool {
-        let is_of_queries = BESIDE.contains(&name) || QUERY_OPTIONS.iter().any(|option| option.name == name);
+        let is_of_queries = EXTRA_KEYWORDS.contains(&name) || QUERY_OPTIONS.iter().any(|option| option.name == name);
         match self {
             Self::Query => is_of_queries,
             Self::Batch => is_of_queries || ["errors", "threads"].contains(&name),
@@ -48,28 +47,27 @@ impl Call {
     }
 }
 
-/// Everything that was given.
+/// The keywords of a call.
 pub struct Asked {
-    /// What the solver is told, which checks it.
+    /// Options for the solver, which checks them.
     pub options: QueryOptions,
-    /// Whether something says how many exits are wanted.
+    /// Whether the call or its defaults set the number of exits.
     pub says_exits: bool,
     /// Whether configurations beyond the limits are refused.
     pub refuses: bool,
     /// Whether a row that is no configuration gets an answer that says so.
     pub masks: bool,
     pub threads: i64,
-    /// What a stream is told.
     pub stream: StreamOptions,
     /// The weights in place of the scene's; empty if none were given.
     pub weights: Weights,
 }
 
 impl Asked {
-    /// Reads the keywords of a call; `defaults` are those that stand in if it has none.
+    /// Reads the keywords of a call; `defaults` apply to those that it does not set.
     ///
     /// # Errors
-    /// `TypeError` for keywords that the call does not take, and values of a wrong kind;
+    /// `TypeError` for keywords that the call does not take, and values of a wrong type;
     /// `ValueError` for values that cannot be options.
     pub fn read<'py>(
         given: Option<&Bound<'py, PyDict>>,
@@ -110,14 +108,14 @@ impl Asked {
         })
     }
 
-    /// `solver`, which has these options, such that `stop` ends its queries.
+    /// Returns `solver`, which must have these options, with `stop` to end its queries.
     pub fn stopped_by(&self, solver: &extricate::Solver, stop: Stop) -> extricate::Solver {
         let mut options = self.options.clone();
         options.termination.stop = Some(stop);
         solver.clone().options(options).expect("the solver has them but for the stop")
     }
 
-    /// The configuration of one query.
+    /// Reads the configuration of one query.
     ///
     /// # Errors
     /// `ValueError` for a wrong shape, values that are not finite, or beyond a limit if that is
@@ -130,13 +128,13 @@ impl Asked {
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))
     }
 
-    /// The same of numbers.
+    /// Reads a configuration from plain numbers; the call decides about those beyond limits.
     pub fn config_of(&self, values: &[f64], scene: &Scene) -> extricate::Result<Config> {
         if self.refuses { scene.config(values) } else { scene.space().config_anywhere(values) }
     }
 }
 
-/// A budget that motions and grasps have.
+/// Reads the budget of a motion or grasp.
 ///
 /// # Errors
 /// `ValueError` for a budget that makes no sense.
@@ -148,7 +146,7 @@ pub fn termination(max_checks: Option<Whole>, max_seconds: Option<f64>) -> PyRes
     Ok(termination)
 }
 
-/// The count that an option has, if it is one; the library checks how large it may be.
+/// Reads the count of an option; the library checks how large it may be.
 fn whole(name: &'static str, value: Whole) -> PyResult<usize> {
     match value {
         Whole::Number(number) if number < 0 => {
@@ -167,12 +165,12 @@ struct Given<'py> {
 
 enum Layer<'py> {
     Keywords(Bound<'py, PyDict>),
-    /// A `QueryOptions`.
+    /// An object of the class `QueryOptions`.
     Options(Bound<'py, PyAny>),
 }
 
 impl<'py> Layer<'py> {
-    /// The value that it has for a name, which may be None of Python.
+    /// Returns the value of a name, which may be Python's None.
     fn find(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         match self {
             Self::Keywords(keywords) => keywords.get_item(name),
@@ -193,7 +191,7 @@ impl<'py> Given<'py> {
         for (keywords, is_of_call) in given.iter().map(|given| (given, true)).chain(defaults.iter().map(|d| (d, false)))
         {
             layers.push(Layer::Keywords((*keywords).clone()));
-            if let Some(options) = keywords.get_item(OPTIONS)?.filter(|options| !options.is_none()) {
+            if let Some(options) = keywords.get_item(OPTIONS_KEYWORD)?.filter(|options| !options.is_none()) {
                 check_options(&options, is_of_call.then_some(call))?;
                 layers.push(Layer::Options(options));
             }
@@ -213,7 +211,7 @@ impl<'py> Given<'py> {
         Ok(None)
     }
 
-    /// A value that was given and is not None.
+    /// Returns a value that was given and is not None.
     fn value(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         Ok(self.find(name)?.filter(|value| !value.is_none()))
     }
@@ -230,7 +228,7 @@ impl<'py> Given<'py> {
         self.get(name)?.map(|value| whole(name, value)).transpose()
     }
 
-    /// Whether it is the second of two words; the first is the default.
+    /// Whether the keyword is the second of two words; the first is the default.
     fn either(&self, name: &str, words: [&str; 2]) -> PyResult<bool> {
         match self.get::<String>(name)? {
             None => Ok(false),
@@ -242,8 +240,8 @@ impl<'py> Given<'py> {
         }
     }
 
-    /// The joints that `locked` names, or all but those that `free` names. The first layer that has
-    /// one of the two decides.
+    /// Returns the joints that `locked` names, or all but those that `free` names. The first layer
+    /// that has one of the two decides.
     fn locked(&self, scene: &Scene) -> PyResult<Vec<usize>> {
         let joints = |name: &str, value: &Bound<'py, PyAny>| {
             let names = extracted::<Names>(name, value)?.of(name)?;
@@ -283,7 +281,7 @@ impl<'py> Given<'py> {
     }
 }
 
-/// Whether `options` is an object of its class, and holds nothing that `call` does not take.
+/// Checks that `options` is a `QueryOptions`, and sets nothing that `call` does not take.
 fn check_options(options: &Bound<'_, PyAny>, call: Option<Call>) -> PyResult<()> {
     let class = CLASS.import(options.py(), "extricate._options", "QueryOptions")?;
     if !options.is_instance(class)? {
@@ -299,7 +297,7 @@ fn check_options(options: &Bound<'_, PyAny>, call: Option<Call>) -> PyResult<()>
     Ok(())
 }
 
-/// The value of a keyword; errors name it.
+/// Converts the value of a keyword; errors name the keyword.
 fn extracted<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
     let wrong = |error: PyErr| {
         let message = format!("argument '{name}': {}", error.value(value.py()));
@@ -311,13 +309,13 @@ fn extracted<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'p
     value.extract::<T>().map_err(|error| wrong(error.into()))
 }
 
-/// Weights of translations and of the rotation, by joint.
+/// Weights of the translations and of the rotation, by joint.
 pub type Weights = Vec<(String, [f64; 2])>;
 
-/// Weights as they are given: a number, or one of translations and one of the rotation, by joint.
+/// Reads weights by joint: one number, or one of translations and one of the rotation.
 ///
 /// # Errors
-/// `TypeError` for what is no number; `ValueError` for more than two.
+/// `TypeError` for values that are no numbers; `ValueError` for more than two.
 pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
     let read = |item: Bound<'_, PyAny>| {
         let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;

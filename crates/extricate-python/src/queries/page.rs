@@ -1,4 +1,4 @@
-//! Pages of answers: what `show` writes and opens.
+//! Makes the pages of answers that `show` writes and opens.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -15,22 +15,21 @@ use crate::long_call;
 use crate::rows::arrays::{bad_row, configs};
 use crate::solver::handle::Handle;
 
-/// Configurations that are drawn if none are given.
-const DRAWN: usize = 5;
-/// Exits of each query if nothing is said.
-const USUAL_EXITS: usize = 3;
-/// Most configurations of a page: it holds them all.
-const MOST_QUERIES: usize = 1000;
-/// Where the half of pages that is Python is.
-const HOME: &str = "extricate._page";
+/// Random configurations of a page if the caller gives none.
+const RANDOM_QUERIES: usize = 5;
+/// Exits of each query if the caller does not set them.
+const DEFAULT_EXITS: usize = 3;
+/// Most configurations of a page, which holds them all.
+const MAX_QUERIES: usize = 1000;
+/// Python module that writes pages and opens them.
+const PYTHON_MODULE: &str = "extricate._page";
 
-/// How a page is shown.
 pub struct Shown {
-    /// Where it is written; a temporary file if nothing is said.
+    /// The file to write; a temporary one if `None`.
     pub path: Option<PathBuf>,
-    /// Whether a browser is opened; `None` leaves it to whether this is a notebook.
+    /// Whether a browser opens the page; if `None`, unless this is a notebook.
     pub open: Option<bool>,
-    /// Whether joints can be dragged in it.
+    /// Whether joints can be dragged in the page.
     pub live: bool,
 }
 
@@ -46,17 +45,17 @@ pub fn show<'py>(
     let finds_several = matches!(asked.options.effort, Effort::Quick | Effort::Refined | Effort::Exhaustive)
         && asked.options.gap.is_none();
     if !asked.says_exits && finds_several && asked.options.toward.is_none() {
-        asked.options.exits = USUAL_EXITS;
+        asked.options.exits = DEFAULT_EXITS;
     }
     let solver = handle.solver_for(py, &asked)?;
     let configs = match queries {
         Some(queries) => read(queries, handle.scene(), &asked)?,
         None => drawn(py, &solver)?,
     };
-    if configs.len() > MOST_QUERIES {
+    if configs.len() > MAX_QUERIES {
         let found = configs.len();
         return Err(PyValueError::new_err(format!(
-            "Q: got {found} configurations, expected at most {MOST_QUERIES}: a page holds them all"
+            "Q: got {found} configurations, expected at most {MAX_QUERIES}: a page holds them all"
         )));
     }
     let live = if shown.live { Some(live(&solver)?) } else { None };
@@ -66,10 +65,10 @@ pub fn show<'py>(
         pool.install(|| html(&solver, &configs, asked.options.effort, live.as_ref()))
     })?;
     let html = html.map_err(PyRuntimeError::new_err)?;
-    py.import(HOME)?.call_method1("shown", (html, shown.path, shown.open))
+    py.import(PYTHON_MODULE)?.call_method1("shown", (html, shown.path, shown.open))
 }
 
-/// There is no news of a page that is made.
+/// Ignores news, because making a page sends none.
 fn silent(_: Python<'_>, (): ()) -> PyResult<()> {
     Ok(())
 }
@@ -86,13 +85,13 @@ fn drawn(py: Python<'_>, solver: &extricate::Solver) -> PyResult<Vec<Config>> {
     let pool = long_call::pool(1)?;
     let rows = long_call::run(py, silent, |line| {
         let mut sampler = Sampler::new(solver, Some(Label::Colliding), 0);
-        pool.install(|| sampler.draw(DRAWN, &mut |_, _| line.flow()))
+        pool.install(|| sampler.draw(RANDOM_QUERIES, &mut |_, _| line.flow()))
     })?;
     let config = |q: Vec<f64>| solver.scene().config(&q).map_err(exception);
     rows.map_err(exception)?.into_iter().map(config).collect()
 }
 
-/// The library for the page.
+/// Returns the library as WebAssembly, for a live page.
 fn live(solver: &extricate::Solver) -> PyResult<Live> {
     let missing = "live: got True, expected False: this package was built without the library as WebAssembly";
     let program = Live::built_in().ok_or_else(|| PyValueError::new_err(missing))?;

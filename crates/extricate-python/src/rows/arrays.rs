@@ -1,4 +1,4 @@
-//! Configurations from Python: arrays as they are if that is possible, else converted once.
+//! Reads configurations from Python; arrays are used as they are if possible, else converted once.
 
 use extricate::ConfigSpace;
 use numpy::{
@@ -9,10 +9,9 @@ use pyo3::prelude::*;
 
 use crate::error::exception;
 
-/// Configurations, row major, aligned; borrowed from NumPy.
+/// Configurations borrowed from NumPy, aligned and row by row.
 pub struct Configs<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
-    /// Number of configurations.
     pub rows: usize,
     /// Whether one configuration was given, not a list of them.
     pub single: bool,
@@ -25,13 +24,13 @@ impl Configs<'_> {
     }
 }
 
-/// Numbers of any shape; contiguous `float64` arrays are not copied. `name` is the argument's.
+/// Reads numbers of any shape; contiguous `float64` arrays are not copied. Messages say `name`.
 ///
 /// # Errors
-/// `TypeError` for what is no array of real numbers.
+/// `TypeError` if `value` is no array of real numbers.
 pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     if let Ok(array) = value.cast::<PyArrayDyn<f64>>() {
-        // One that is not aligned, or in Fortran's order, could not be read row by row.
+        // An unaligned array, or one in Fortran's order, cannot be read row by row.
         let array = array.readonly();
         if array.is_c_contiguous() && array.as_slice().is_ok() {
             return Ok(array);
@@ -39,7 +38,7 @@ pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonl
     }
     let numpy = value.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
-        // What is no fault of the value, as Ctrl-C or a lack of memory, is passed on as it is.
+        // Errors that the value did not cause, as Ctrl-C or a lack of memory, are passed on.
         let py = value.py();
         if !error.is_instance_of::<PyTypeError>(py) && !error.is_instance_of::<PyValueError>(py) {
             return error;
@@ -55,8 +54,7 @@ pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonl
     Ok(array.cast_into::<PyArrayDyn<f64>>()?.readonly())
 }
 
-/// One configuration, shape `(nq,)`, or `n` of them, `(n, nq)`. Values are not checked, see
-/// [`check_rows`].
+/// Reads one configuration, shape `(nq,)`, or `n` of them, `(n, nq)`. Callers check the values.
 ///
 /// # Errors
 /// `ValueError` that names the shape found and the one expected.
@@ -76,7 +74,7 @@ fn wrong_shape(name: &str, shape: &[usize], expected: &str, nq: usize) -> PyErr 
     PyValueError::new_err(format!("{name}: got shape {found}, expected {expected}: the scene has {nq} coordinates"))
 }
 
-/// One configuration, shape `(nq,)`.
+/// Reads one configuration, shape `(nq,)`; callers check its values.
 ///
 /// # Errors
 /// `ValueError` that names the shape found and the one expected.
@@ -88,10 +86,10 @@ pub fn one_config<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpac
     }
 }
 
-/// A number, or a flat sequence of them.
+/// Reads a number, or a flat sequence of them.
 ///
 /// # Errors
-/// `TypeError` for what is no array of numbers, `ValueError` for another shape.
+/// `TypeError` if `value` is no array of numbers, `ValueError` for another shape.
 pub fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let array = numbers(element, value)?;
     match array.shape() {
@@ -100,14 +98,14 @@ pub fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     }
 }
 
-/// The message for row `row` of `name`, if it is one of several.
+/// Makes the `ValueError` for a row of `name`; without its number if it is a `single` one.
 pub fn bad_row(name: &str, row: usize, single: bool, error: extricate::Error) -> PyErr {
     let message = exception(error);
     let place = if single { name.to_string() } else { format!("{name}[{row}]") };
     Python::attach(|py| PyValueError::new_err(format!("{place}: {}", message.value(py))))
 }
 
-/// A shape as Python prints it.
+/// Formats a shape as Python does.
 pub fn tuple(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),

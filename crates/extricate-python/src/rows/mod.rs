@@ -1,4 +1,4 @@
-//! One value for each of many configurations, on many threads.
+//! Computes one value for each of many configurations, on many threads.
 
 pub mod arrays;
 pub mod segments;
@@ -13,21 +13,21 @@ use crate::long_call;
 use crate::solver::handle::Handle;
 use arrays::{Configs, bad_row, configs};
 
-/// Configurations handed to a thread at once: the least work that is worth the handing out.
-const CHUNK: usize = 64;
-/// Rows that the kernel for many checks at once.
-pub const GROUP: usize = 8;
-/// Rows, of which each takes about a microsecond, after which a call looks whether to stop.
-pub const LOOK: usize = 4096;
-/// Fewer configurations than this are not worth starting threads for.
-const FEW: usize = 64;
+/// Rows that a thread takes at once: with fewer, handing them out takes too large a share.
+const CHUNK_ROWS: usize = 64;
+/// Rows that the batch kernel checks at once.
+pub const KERNEL_ROWS: usize = 8;
+/// Rows of about a microsecond each between two polls for a stop.
+pub const POLL_ROWS: usize = 4096;
+/// Up to this many rows are not worth starting threads for.
+const MAX_SERIAL_ROWS: usize = 64;
 
-/// Fills one value for each row, on `threads` threads. `one` sees rows that were checked, at most
-/// `at_once`, after which a call looks whether to stop: some rows take a tenth of a second.
+/// Computes one value for each row, on `threads` threads. `one` gets at most `at_once` rows, which
+/// were checked. A stop is polled before each call of it: some rows take a tenth of a second.
 ///
 /// # Errors
-/// `ValueError` for a row that is no configuration within the limits; what [`long_call::run`]
-/// raises.
+/// `ValueError` for a row that is no configuration within the limits; the exceptions of
+/// [`long_call::run`].
 pub fn map<T: Send + Default + Clone>(
     handle: &Handle,
     py: Python<'_>,
@@ -61,7 +61,7 @@ pub fn map<T: Send + Default + Clone>(
         py.detach(|| chunk(0, values, &mut found, &|| false))?;
         return Ok(found);
     }
-    if rows <= FEW {
+    if rows <= MAX_SERIAL_ROWS {
         let watch = long_call::Watch::new();
         let stop = watch.stop();
         py.detach(|| watch.over(|| chunk(0, values, &mut found, &|| stop.is_asked())))??;
@@ -69,16 +69,17 @@ pub fn map<T: Send + Default + Clone>(
     }
     let pool = long_call::pool(threads)?;
     let all = |line: &long_call::Line<()>| {
-        let chunks = values.par_chunks(CHUNK * nq).zip(found.par_chunks_mut(CHUNK)).enumerate();
-        let one =
-            |(at, (values, found)): (usize, (&[f64], &mut [T]))| chunk(at * CHUNK, values, found, &|| line.stopped());
+        let chunks = values.par_chunks(CHUNK_ROWS * nq).zip(found.par_chunks_mut(CHUNK_ROWS)).enumerate();
+        let one = |(at, (values, found)): (usize, (&[f64], &mut [T]))| {
+            chunk(at * CHUNK_ROWS, values, found, &|| line.stopped())
+        };
         pool.install(|| chunks.try_for_each(one))
     };
     long_call::run(py, |_, ()| Ok(()), all)??;
     Ok(found)
 }
 
-/// Whether configurations are free, see `Scene.check`.
+/// Returns whether configurations are free, as `Scene.check` documents.
 ///
 /// # Errors
 /// As [`map`].
@@ -89,9 +90,9 @@ pub fn check<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
     let py = queries.py();
     let q = configs("Q", queries, handle.scene().space())?;
-    let free = map(handle, py, &q, (thread_count(threads)?, GROUP), |checker, rows, free, scratch| {
+    let free = map(handle, py, &q, (thread_count(threads)?, KERNEL_ROWS), |checker, rows, free, scratch| {
         if let [free] = free {
-            // The kernel for eight would do the work of eight.
+            // The batch kernel would do the work of a whole group.
             *free = checker.label(rows, scratch) == Label::Free;
             return;
         }
@@ -104,7 +105,7 @@ pub fn check<'py>(
     shaped(py, free, q.single)
 }
 
-/// One value for `(nq,)`, a list of them for `(n, nq)`.
+/// Returns an array without dimension if a `single` configuration was given, else a flat one.
 pub fn shaped<'py, T: numpy::Element>(
     py: Python<'py>,
     values: Vec<T>,

@@ -1,4 +1,4 @@
-//! `Scene.check_segments`: whole ways between configurations.
+//! Implements `Scene.check_segments`, which proves whole segments free.
 
 use extricate::{SegmentOptions, SegmentOutcome};
 use numpy::PyArray1;
@@ -6,15 +6,15 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use super::LOOK;
+use super::POLL_ROWS;
 use super::arrays::{Configs, bad_row, configs};
 use crate::long_call;
 use crate::scene::Scene;
 
-/// What is said of the ways from the rows of `from` to those of `to`, as a structured array.
+/// Checks the segments from the rows of `from` to those of `to`; returns a structured array.
 ///
 /// # Errors
-/// `ValueError` that says what was expected; what [`long_call::run`] raises.
+/// `ValueError` that says what was expected; the exceptions of [`long_call::run`].
 pub fn check<'py>(
     scene: &Scene,
     from: &Bound<'py, PyAny>,
@@ -35,7 +35,7 @@ pub fn check<'py>(
     let (from, to) = (checked(py, "A", &from, scene.inner())?, checked(py, "B", &to, scene.inner())?);
     let options = SegmentOptions::default().resolution(resolution);
     let (solver, pool, nq) = (scene.handle().for_checks(py)?, long_call::pool(threads)?, space.nq());
-    // What a call that was stopped did not look at: nobody will see it.
+    // Placeholder for segments that a stopped call skips; such a call raises.
     let unseen = SegmentOutcome::Undecided { free_until: 0.0, near_at: 0.0, pair: extricate::PairId::new(0) };
     let outcomes: Vec<SegmentOutcome> = long_call::run(
         py,
@@ -74,7 +74,7 @@ impl Row {
             SegmentOutcome::Free => (false, 1.0, f64::NAN, None),
             SegmentOutcome::Contact { free_until, colliding_at, pair } => (true, free_until, colliding_at, Some(pair)),
             SegmentOutcome::Undecided { free_until, near_at, pair } => (false, free_until, near_at, Some(pair)),
-            // What is not known here proves nothing.
+            // An outcome that is not known here proves nothing.
             _ => (false, 0.0, 0.0, None),
         };
         let free = outcome == SegmentOutcome::Free;
@@ -82,11 +82,11 @@ impl Row {
     }
 }
 
-/// The rows as the space keeps them: angles wrapped, quaternions unit.
+/// Checks the rows and returns them normalised: angles wrapped, quaternions of unit length.
 fn checked(py: Python<'_>, name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
     let mut all = Vec::with_capacity(rows.values().len());
     for (row, q) in rows.values().chunks_exact(scene.space().nq()).enumerate() {
-        if row % LOOK == 0 {
+        if row % POLL_ROWS == 0 {
             py.check_signals()?;
         }
         all.extend_from_slice(&scene.config(q).map_err(|error| bad_row(name, row, rows.single, error))?);

@@ -1,4 +1,4 @@
-//! Checks of configurations of a scene, and random ones.
+//! Methods of `Scene` that check configurations and draw random ones.
 
 use extricate::parts::misses_allowed;
 use extricate::{Label, Sampler};
@@ -12,8 +12,8 @@ use crate::long_call;
 use crate::rows::arrays::{bad_row, configs, one_config};
 use crate::rows::{self, segments, shaped};
 
-/// Configurations that are drawn at once.
-const DRAWN: usize = 4096;
+/// Configurations that one call of the sampler draws.
+const CONFIGS_PER_DRAW: usize = 4096;
 
 #[pymethods]
 impl Scene {
@@ -153,7 +153,7 @@ impl Scene {
         let draw = |line: &long_call::Line<()>| {
             while found.len() < n * nq {
                 let missing = n - found.len() / nq;
-                let drawn = pool.install(|| sampler.draw(missing.min(DRAWN), &mut |_, _| line.flow()))?;
+                let drawn = pool.install(|| sampler.draw(missing.min(CONFIGS_PER_DRAW), &mut |_, _| line.flow()))?;
                 drawn.iter().for_each(|q| found.extend_from_slice(q));
             }
             Ok(found)

@@ -1,4 +1,4 @@
-//! Signed distances and contacts by pair, of any configuration.
+//! Methods of `Scene` that return signed distances and contacts by pair.
 
 use extricate::Contact;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};

@@ -1,4 +1,4 @@
-//! Scenes with something changed. Each is another one; what did not change is shared.
+//! Methods of `Scene` that derive a changed scene. The new one shares all that did not change.
 
 use extricate::entries::{SceneFile, read_obstacles};
 use extricate::geometry::{Body, Pose};
@@ -12,7 +12,7 @@ use crate::entries::{self, Obstacles};
 use crate::error::{exception, warn};
 use crate::long_call;
 
-/// `scene` with more obstacles, as Python describes them.
+/// Returns `scene` with more obstacles, given as Python objects.
 ///
 /// # Errors
 /// As [`entries::obstacle_entries`] and [`extricate::Scene::with_obstacles`].
@@ -30,12 +30,12 @@ pub fn with_obstacles(
     Ok(made)
 }
 
-/// Obstacles with the files that they name, and what is to be said of those.
+/// Reads obstacles and the files that they name; returns bodies and warnings.
 fn read(py: Python<'_>, entries: SceneFile) -> PyResult<(Vec<Body>, Vec<String>)> {
     long_call::apart(py, move || read_obstacles(entries::NAME, &entries))?.map_err(exception)
 }
 
-/// Raises a `UserWarning` for each warning that the scene before did not have.
+/// Raises a `UserWarning` for each warning of `after` that `before` does not have.
 ///
 /// # Errors
 /// The warning, if warnings are errors.
@@ -133,7 +133,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// [`Scene::changed`], after a `UserWarning` for each warning that came.
+    /// Calls [`Scene::changed`], after a `UserWarning` for each new warning.
     ///
     /// # Errors
     /// As [`warn_of_new`].

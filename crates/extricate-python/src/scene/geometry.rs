@@ -1,4 +1,4 @@
-//! Where the bodies of a scene are, and their triangles: what a viewer needs.
+//! Methods of `Scene` for viewers: poses of bodies, and their triangles.
 
 use extricate::parts::Seated;
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
@@ -9,10 +9,10 @@ use super::Scene;
 use crate::entries::lists::Names;
 use crate::error::{Whole, count};
 use crate::long_call;
-use crate::rows::GROUP;
+use crate::rows::KERNEL_ROWS;
 use crate::rows::arrays::{bad_row, configs};
 
-/// Vertices and triangles.
+/// Vertices, and triangles as rows of their indices.
 type Triangles<'py> = (Bound<'py, PyArray<f64, Ix2>>, Bound<'py, PyArray<i64, Ix2>>);
 
 #[pymethods]
@@ -49,7 +49,7 @@ impl Scene {
         let all = || {
             let (mut numbers, mut frames) = (Vec::with_capacity(rows * seats.len() * 16), Vec::new());
             for (row, q) in values.chunks_exact(nq).enumerate() {
-                if row % GROUP == 0 && stop.is_asked() {
+                if row % KERNEL_ROWS == 0 && stop.is_asked() {
                     break;
                 }
                 let q = scene.space().config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))?;

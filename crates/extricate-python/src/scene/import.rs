@@ -1,4 +1,4 @@
-//! Worlds in files: of scene files, and of other programs; where packages are.
+//! Reads worlds from scene files and files of other programs, and finds packages.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The class `Joint`: what coordinates are of.
+//! The class `Joint`, which describes the coordinates of a configuration.
 
 use extricate::parts::SceneJoint;
 use pyo3::prelude::*;

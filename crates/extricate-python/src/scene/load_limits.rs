@@ -1,4 +1,4 @@
-//! How much files may hold, as Python says it.
+//! Reads the argument `load_limits`: how much files may hold.
 
 use std::collections::HashMap;
 
@@ -8,10 +8,9 @@ use pyo3::prelude::*;
 
 use crate::error::{Whole, count};
 
-/// Limits by name.
 pub type Limits = HashMap<String, Whole>;
 
-/// The usual limits, but for these.
+/// Returns the default limits with those of `given` in place of theirs.
 pub fn limits_of(given: Option<Limits>) -> PyResult<LoadLimits> {
     given.into_iter().flatten().try_fold(LoadLimits::default(), |limits, (name, most)| {
         match LoadLimit::ALL.into_iter().find(|limit| limit.name() == name) {

@@ -1,4 +1,4 @@
-//! The class `Scene`: what can be asked of a scene before anything is learned.
+//! The class `Scene`, whose calls need no model.
 
 pub mod check;
 pub mod contacts;
@@ -65,12 +65,12 @@ impl Scene {
         Self::of_solver(extricate::Solver::new(scene))
     }
 
-    /// The scene of a solver, which has no model.
+    /// Makes the scene of a solver that has no model.
     pub fn of_solver(solver: extricate::Solver) -> Self {
         Self { handle: Handle::new(solver) }
     }
 
-    /// This scene with something changed: what is prepared of the rest is shared.
+    /// Wraps a changed `scene`, which shares with this one what is prepared of equal bodies.
     ///
     /// # Errors
     /// None: a solver without a model takes every scene.
@@ -82,7 +82,7 @@ impl Scene {
         self.handle.scene()
     }
 
-    /// What the scene is asked through, without a model.
+    /// The handle for calls without a model.
     pub fn handle(&self) -> &Handle {
         &self.handle
     }

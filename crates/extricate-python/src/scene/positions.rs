@@ -1,4 +1,4 @@
-//! Configurations by the names of joints, and back.
+//! Methods of `Scene` that convert positions by joint name to configurations, and back.
 
 use numpy::{PyArray1, PyUntypedArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -61,7 +61,7 @@ impl Scene {
 
 type Positions = Vec<(String, Vec<f64>)>;
 
-/// Names and positions of a JointState, if it is one.
+/// Reads the names and positions of a JointState; `None` if `given` is not one.
 fn joint_state(given: &Bound<'_, PyAny>) -> PyResult<Option<Positions>> {
     let fields = match given.cast::<PyMapping>() {
         Ok(map) if map.contains("name")? && map.contains("position")? => {
@@ -74,7 +74,7 @@ fn joint_state(given: &Bound<'_, PyAny>) -> PyResult<Option<Positions>> {
         Err(_) => None,
     };
     let Some((names, positions)) = fields else { return Ok(None) };
-    // A joint may be called `name`, and then has a number.
+    // In a dict by joint, a joint may be called `name`, and its value is a number.
     let Ok(names) = names.extract::<Vec<String>>() else { return Ok(None) };
     let positions = floats("position", &positions)?;
     if names.len() != positions.len() {

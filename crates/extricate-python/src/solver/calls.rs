@@ -1,5 +1,5 @@
-//! The calls that a `Solver`, a `Scene` and a `Model` have alike: those of a scene are those of a
-//! solver of it, those of a model are those of a solver of its scene and itself.
+//! The calls that `Solver`, `Scene` and `Model` share. A scene answers as a solver without a model
+//! does; a model answers as a solver of its own scene with this model.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use crate::queries::batch;
 use crate::queries::page::{self, Shown};
 use crate::scene::Scene;
 
-/// Gives a class the calls; `batch` is what it calls many queries.
+/// Defines the shared calls for a class; `batch` is the name of its call for many queries.
 macro_rules! calls {
     ($class:ident, $batch:ident) => {
         #[pymethods]

@@ -1,4 +1,4 @@
-//! What a `Scene`, a `Model` and a `Solver` of Python are asked through.
+//! The handle through which the calls of `Scene`, `Model` and `Solver` reach the library.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,34 +9,33 @@ use crate::error::{Advice, exception};
 use crate::long_call;
 use crate::queries::options::{Asked, Call, Weights};
 
-/// A solver of the library, and what calls on it leave for later ones. A clone shares all of it.
+/// A solver of the library, and data that its calls keep for later ones. Clones share all of it.
 #[derive(Clone)]
 pub struct Handle {
     solver: extricate::Solver,
-    /// The keywords of calls that do not have them.
+    /// Keywords that apply to calls which do not set them.
     defaults: Option<Arc<Py<PyDict>>>,
     kept: Arc<Kept>,
 }
 
 #[derive(Default)]
 struct Kept {
-    /// The solver with the weights that were asked for last.
+    /// The last weights that a call gave, and the solver with them.
     weighted: Mutex<Option<(Weights, extricate::Solver)>>,
     advice: Advice,
 }
 
 impl Handle {
-    /// A handle on a solver, whose calls have the defaults of the package.
+    /// Makes a handle on a solver, whose calls have the defaults of the package.
     pub fn new(solver: extricate::Solver) -> Self {
         Self { solver, defaults: None, kept: Arc::default() }
     }
 
-    /// The same with keywords that calls have unless they say otherwise.
+    /// Sets the keywords that apply to calls which do not set them.
     pub fn with_defaults(self, defaults: Option<Arc<Py<PyDict>>>) -> Self {
         Self { defaults, ..self }
     }
 
-    /// The keywords of calls that do not have them.
     pub fn defaults(&self) -> Option<&Arc<Py<PyDict>>> {
         self.defaults.as_ref()
     }
@@ -46,12 +45,11 @@ impl Handle {
         &self.solver
     }
 
-    /// The scene that is asked in.
     pub fn scene(&self) -> &Arc<extricate::Scene> {
         self.solver.scene()
     }
 
-    /// The solver, prepared.
+    /// Prepares the solver, and returns it.
     ///
     /// # Errors
     /// As [`long_call::aside`].
@@ -60,7 +58,7 @@ impl Handle {
         Ok(&self.solver)
     }
 
-    /// What the keywords of a call ask, with the defaults.
+    /// Reads the keywords of a call, completed by the defaults.
     ///
     /// # Errors
     /// As [`Asked::read`].
@@ -69,7 +67,7 @@ impl Handle {
         Asked::read(given, defaults, self.scene(), call)
     }
 
-    /// The solver with these weights of joints, prepared.
+    /// Returns the solver with these weights of joints, prepared.
     ///
     /// # Errors
     /// `ValueError` for weights that make no sense; as [`long_call::aside`].
@@ -79,7 +77,7 @@ impl Handle {
         Ok(solver)
     }
 
-    /// Whether weights of joints make sense.
+    /// Checks that weights of joints make sense.
     ///
     /// # Errors
     /// `ValueError` that names the joint and what was expected.
@@ -87,7 +85,7 @@ impl Handle {
         if weights.is_empty() { Ok(()) } else { self.weighted(weights).map(drop) }
     }
 
-    /// The solver, whose checker is prepared: all that checks need.
+    /// Returns the solver with its checker prepared, which is all that checks need.
     ///
     /// # Errors
     /// As [`long_call::aside`].
@@ -101,7 +99,7 @@ impl Handle {
         Ok(&self.solver)
     }
 
-    /// The solver with what a call asks, prepared.
+    /// Returns the solver with the options and weights of a call, prepared.
     ///
     /// # Errors
     /// `ValueError` for options and weights that make no sense; as [`long_call::aside`].
@@ -117,7 +115,8 @@ impl Handle {
         self.kept.advice.warn(py, &self.solver)
     }
 
-    /// Calls one by one with the same weights would otherwise prepare the scene each time.
+    /// Keeps the solver of the last weights: single calls with the same ones would otherwise
+    /// prepare the scene each time.
     fn weighted(&self, weights: &Weights) -> PyResult<extricate::Solver> {
         let mut last = self.kept.weighted.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, solver)) = last.as_ref().filter(|(known, _)| known == weights) {
@@ -130,7 +129,7 @@ impl Handle {
     }
 }
 
-/// Prepares a solver without the interpreter lock; Ctrl-C leaves that alone.
+/// Prepares a solver without the interpreter lock; after Ctrl-C, the preparation still goes on.
 ///
 /// # Errors
 /// As [`long_call::aside`].

@@ -1,4 +1,4 @@
-//! The class `Solver`: all that can be asked of a scene, with a model or without.
+//! The class `Solver`, whose calls work with a model or without.
 
 mod calls;
 pub mod handle;
@@ -42,7 +42,7 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// A solver whose calls have these keywords unless they say otherwise.
+    /// Makes a solver whose calls have these keywords as defaults.
     ///
     /// # Errors
     /// As [`Handle::asked`], and for options that make no sense in the scene.
@@ -54,7 +54,6 @@ impl Solver {
         Ok(Self { handle: handle.with_defaults(defaults) })
     }
 
-    /// What it is asked through.
     pub fn handle(&self) -> &Handle {
         &self.handle
     }
@@ -70,7 +69,7 @@ impl Solver {
         model: Option<&Model>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        // Nobody changes a solver by changing what it was made with.
+        // Later changes of the options by the caller must not change the solver.
         let copy = |options: &Bound<'py, PyDict>| -> PyResult<Bound<'py, PyDict>> {
             Ok(py.import("copy")?.call_method1("deepcopy", (options,))?.cast_into::<PyDict>()?)
         };

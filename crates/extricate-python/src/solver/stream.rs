@@ -20,17 +20,17 @@ use crate::queries::options::{Asked, Call};
 /// Has a memory: its answers depend on the frames before. Threads that share one take turns.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Stream {
-    /// What the stream was made by.
+    /// The solver that made the stream.
     solver: extricate::Solver,
     asked: Asked,
     stream: Mutex<extricate::Stream>,
     watch: Watch,
-    /// The thread that answers a frame.
+    /// The thread that is using the stream.
     busy: Mutex<Option<ThreadId>>,
 }
 
 impl Stream {
-    /// A stream of `handle`, with the keywords of the call.
+    /// Makes a stream of `handle` with the keywords of the call.
     ///
     /// # Errors
     /// As [`Handle::asked`] and [`Handle::solver_for`].
@@ -43,11 +43,11 @@ impl Stream {
         Ok(Self { solver, asked, stream, watch, busy: Mutex::default() })
     }
 
-    /// Does `work` when no other thread is at it, ended by Ctrl-C.
+    /// Runs `work` once no other thread uses the stream; Ctrl-C ends it.
     ///
     /// # Errors
-    /// `RuntimeError` in a signal handler that a frame is waiting for; what a signal handler
-    /// raised.
+    /// `RuntimeError` if a signal handler uses the stream whose call it interrupted; the exception
+    /// that a signal handler raised.
     fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut extricate::Stream) -> T + Send) -> PyResult<T> {
         let me = Some(thread::current().id());
         if *unpoisoned(&self.busy) == me {
@@ -62,7 +62,7 @@ impl Stream {
         })
     }
 
-    /// The solver of the scene of one frame.
+    /// Returns the solver of one frame's scene, with the weights of the stream.
     fn of_frame(&self, py: Python<'_>, solver: &Solver) -> PyResult<extricate::Solver> {
         let solver = solver.handle().with_weights(py, &self.asked.weights)?;
         if solver.scene().space() != self.solver.scene().space() {
@@ -113,7 +113,7 @@ impl Stream {
     }
 }
 
-/// A frame that panicked leaves nothing half done that the next one would trust.
+/// Locks also after a panic, which leaves no half-written state that the next frame would trust.
 fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

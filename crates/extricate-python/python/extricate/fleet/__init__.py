@@ -30,7 +30,7 @@ __all__ = ["Answered", "Fleet", "Learned", "Progress", "learn", "open", "query"]
 _Path = Union[str, "os.PathLike[str]"]
 _Scene = Union[Scene, _Path, Callable[[], Scene]]
 
-# What learning depends on, beside the scene.
+# Options that a model depends on.
 _OPTIONS = ("labels", "seconds", "seed")
 
 
@@ -106,7 +106,7 @@ def learn(
 
 
 def _texts(name: str, mapping: Mapping[str, Any]) -> None:
-    """Raises TypeError for a key that the manifest could not keep as it is."""
+    """Raises TypeError for a key that is no text, which the manifest could not keep."""
     for key in mapping:
         if not isinstance(key, str):
             raise TypeError(f"{name}: got the key {reprlib.repr(key)}, expected text")
@@ -119,7 +119,7 @@ def _held(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], g
 
 def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], given: Dict[str, Any]) -> Iterator[Learned]:
     hashes: Dict[str, str] = {}
-    # Keys that wait for a model that another key has learned.
+    # By model, the keys that wait for it while another key learns it.
     twins: Dict[str, list[str]] = {}
 
     def jobs() -> Iterator[Job]:
@@ -127,7 +127,7 @@ def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...]
             try:
                 scene = _scene(source)
                 content = digest(scene, given)
-            except Exception as error:  # Whatever a scene or its function raises is the scene's.
+            except Exception as error:  # Scenes and their functions may raise anything; only this scene fails.
                 yield Job(key, error=f"{type(error).__name__}: {error}")
                 continue
             hashes[key] = content

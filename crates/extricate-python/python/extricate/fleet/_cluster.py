@@ -1,4 +1,4 @@
-"""Workers of a Ray cluster. A task whose node is lost is begun again elsewhere, by Ray."""
+"""Workers of a Ray cluster. Ray restarts a task elsewhere if its node is lost."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Dict, Optional, Tuple
 
 from ._work import described, work
 
-# As many times Ray begins a task again whose worker or node is lost.
+# Number of times that Ray restarts a task whose worker or node is lost.
 RETRIES = 3
 
 
@@ -19,7 +19,7 @@ def _caught(kind: str, payload: Dict[str, Any], threads: int) -> Tuple[Any, Opti
 
 
 class Pool:
-    """Tasks on the cluster that Ray is connected to, or `RAY_ADDRESS` names; else on this machine."""
+    """Runs tasks on the cluster that Ray is connected to or `RAY_ADDRESS` names, else on this machine."""
 
     def __init__(self, kind: str, workers: int, threads: int) -> None:
         try:
@@ -29,28 +29,28 @@ class Pool:
         if not self._ray.is_initialized():
             self._ray.init()
         cores = int(self._ray.cluster_resources().get("CPU", 1))
-        # Twice as many as run at once, so that none waits for the next; a cluster may grow meanwhile.
+        # Twice as many tasks as run at once, so that no core waits for its next one, also if the cluster grows.
         self.size = workers or max(2, 2 * cores // threads)
         self._kind, self._threads = kind, threads
         self._task = self._ray.remote(num_cpus=threads, max_retries=RETRIES)(_caught)
         self._keys: Dict[Any, str] = {}
 
     def start(self, key: str, payload: Any) -> None:
-        """Begins a job, whose end `wait` tells."""
+        """Starts a job, whose outcome `wait` returns."""
         self._keys[self._task.options(name=f"extricate {self._kind} {key}").remote(self._kind, payload, self._threads)] = key
 
     def wait(self) -> Tuple[str, Any, Optional[str]]:
-        """The next job that ended: its key, its result, or what went wrong."""
+        """Waits for the next job to end; returns its key, its result and its error."""
         done = self._ray.wait(list(self._keys), num_returns=1)[0][0]
         key = self._keys.pop(done)
         try:
             result, error = self._ray.get(done)
-        except Exception as failure:  # Lost too often, or out of memory.
+        except Exception as failure:  # The task was lost too often, or ran out of memory.
             return key, None, described(failure)
         return key, result, error
 
     def close(self) -> None:
-        """Ends what still runs. The connection stays: others may use it."""
+        """Cancels running tasks. The connection to Ray stays open, because others may use it."""
         for task in self._keys:
             self._ray.cancel(task, force=True)
         self._keys.clear()

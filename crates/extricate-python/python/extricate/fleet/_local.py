@@ -1,4 +1,4 @@
-"""Workers of this machine: a process a job, so that one which dies takes no other with it."""
+"""Workers of this machine: one process per job, so that a process that dies affects no other job."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import tempfile
 import threading
 from typing import Any, Dict, Optional, Tuple
 
-# A process that dies is no fault of its scene the first time.
+# Attempts at a job: a process may die for reasons that are not its scene's.
 TRIES = 3
 
 
 class Pool:
-    """Processes that each do one job. They need no `if __name__ == "__main__"` of the program that starts them."""
+    """Runs each job in a process of its own. The program that starts them needs no `if __name__ == "__main__"`."""
 
     def __init__(self, kind: str, workers: int, threads: int) -> None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -29,20 +29,20 @@ class Pool:
         self._closed = False
 
     def start(self, key: str, payload: Any) -> None:
-        """Begins a job, whose end `wait` tells."""
+        """Starts a job, whose outcome `wait` returns."""
         threading.Thread(target=self._attend, args=(key, payload), daemon=True).start()
 
     def wait(self) -> Tuple[str, Any, Optional[str]]:
-        """The next job that ended: its key, its result, or what went wrong."""
+        """Waits for the next job to end; returns its key, its result and its error."""
         while True:
             try:
-                # In steps, so that Ctrl-C is noticed on every system.
+                # Waiting in steps lets Ctrl-C through on every system.
                 return self._done.get(timeout=0.2)
             except queue.Empty:
                 continue
 
     def close(self) -> None:
-        """Ends what still runs."""
+        """Kills the processes that still run."""
         with self._lock:
             self._closed = True
             running = list(self._processes.values())
@@ -85,8 +85,8 @@ class Pool:
 
 
 def _exchanged(process: subprocess.Popen[bytes], job: bytes) -> bytes:
-    """What a worker answers to its job. Its standard input stays open until it has ended: a worker whose standard input closes
-    knows that this process is gone, however it ended, and ends too."""
+    """Sends a worker its job and returns its output. Its standard input stays open until it has ended: a worker ends as soon as that
+    closes, because this process is gone then."""
     assert process.stdin and process.stdout
     data = b""
     try:
@@ -94,7 +94,7 @@ def _exchanged(process: subprocess.Popen[bytes], job: bytes) -> bytes:
         process.stdin.flush()
         data = process.stdout.read()
     except OSError:
-        # The worker died before it had read its job, which its status tells.
+        # The worker died before it had read its job; its status shows that.
         pass
     process.wait()
     for pipe in (process.stdin, process.stdout):

@@ -1,4 +1,4 @@
-"""What a folder of models holds: models by the hash of what they were learned from, and which key means which."""
+"""The manifest of a folder of models: which models it has, by a hash of their input, and which key has which model."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ else:
 
 
 NAME = "manifest.json"
-# An empty file, which stays: who removed it could let two runs lock two files of this name.
+# An empty file that is never removed: otherwise two runs could lock two files of this name.
 LOCK = ".manifest.lock"
 VERSION = 1
 _HASH = re.compile("[0-9a-f]{40}")
 
 
 def digest(scene: Scene, options: Mapping[str, Any]) -> str:
-    """A hash of all that a model depends on: the scene with its geometry, the options, the version of the library."""
+    """Hashes all that a model depends on: the scene with its geometry, the options, the version of the library."""
     data: bytes = scene.__reduce__()[1][0]
     rest = json.dumps([__version__, sorted(options.items())], default=float)
     return hashlib.blake2b(rest.encode() + b"\0" + data, digest_size=20).hexdigest()
 
 
 class Manifest:
-    """`manifest.json` of a folder, written anew after every change: another reader sees the old one or the whole new one.
+    """`manifest.json` of a folder. Every change replaces the file at once, so that readers see the old one or the new one.
 
-    One run at a time writes to a folder, the one that has `held` it; any number may read.
+    Only the run that has `held` the folder writes to it; any number may read.
     """
 
     def __init__(self, folder: pathlib.Path, *, make: bool = True) -> None:
-        """folder: made where it is missing, unless `make` is False."""
+        """folder: created if it is missing, unless `make` is False."""
         self.folder = folder
         if make:
             folder.mkdir(parents=True, exist_ok=True)
@@ -70,9 +70,9 @@ class Manifest:
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
-        """Holds the folder for one run. The system gives it back when the program ends, however it does.
+        """Locks the folder for one run. The system unlocks it when the program ends, even by a crash.
 
-        Raises OSError where another run has it, of this program or of another one.
+        Raises OSError if another run holds it, of this program or of another one.
         """
         file = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
         try:
@@ -83,7 +83,7 @@ class Manifest:
                 raise BlockingIOError(f"{self.folder}: {problem}") from None
             except OSError as error:
                 raise OSError(f"{self.folder / LOCK}: cannot be locked: {error}") from None
-            # Another run may have written it since.
+            # Another run may have written the manifest before the lock was taken.
             if self._file.exists():
                 self._read()
             yield
@@ -91,11 +91,11 @@ class Manifest:
             os.close(file)
 
     def path(self, content: str) -> pathlib.Path:
-        """Of the model of this hash."""
+        """Returns the path of the model with this hash."""
         return self.folder / f"{content}.model"
 
     def has(self, content: str) -> bool:
-        """Whether there is such a model, which can be read: a disk may have spoilt it."""
+        """Whether the folder has this model and its file can be read: a disk may have spoilt it."""
         known = self._models.get(content)
         try:
             if known is None or self.path(content).stat().st_size != known["bytes"]:
@@ -106,12 +106,12 @@ class Manifest:
         return True
 
     def store(self, content: str, data: bytes, statistics: Mapping[str, Any]) -> None:
-        """Keeps a model."""
+        """Writes a model into the folder."""
         _write(self.path(content), data)
         self._models[content] = {"bytes": len(data), "statistics": dict(statistics)}
 
     def name(self, key: str, content: str) -> None:
-        """Says which model a key means."""
+        """Sets the model of a key."""
         known = self._keys.get(key) == content and key not in self._errors
         self._keys[key] = content
         self._errors.pop(key, None)
@@ -119,29 +119,29 @@ class Manifest:
             self._save()
 
     def fail(self, key: str, error: str) -> None:
-        """Says why a key has no model."""
+        """Notes why a key has no model."""
         self._keys.pop(key, None)
         self._errors[key] = error
         self._save()
 
     def content(self, key: str) -> str:
-        """The hash of a key's model. Raises KeyError where there is none."""
+        """Returns the hash of a key's model. Raises KeyError if there is none."""
         if key not in self._keys:
             why = self._errors.get(key, "it was never learned")
             raise KeyError(f"{key}: no model in {self.folder}: {why}")
         return self._keys[key]
 
     def statistics(self, content: str) -> Dict[str, Any]:
-        """As they were when the model was stored."""
+        """Returns the statistics of a model, as they were when it was stored."""
         found: Dict[str, Any] = self._models[content]["statistics"]
         return found
 
     def keys(self) -> List[str]:
-        """Those that have a model."""
+        """Returns the keys that have a model."""
         return list(self._keys)
 
     def errors(self) -> Dict[str, str]:
-        """Why others have none."""
+        """Returns for other keys why they have no model."""
         return dict(self._errors)
 
     def _save(self) -> None:
@@ -150,7 +150,7 @@ class Manifest:
 
 
 def _check(found: Any) -> None:
-    """Raises ValueError where this is no manifest, with the element, its value and what was expected."""
+    """Raises ValueError if this is no manifest; it names the element, its value and what was expected."""
 
     def expect(fits: object, element: str, value: Any, expected: str) -> None:
         if not fits:

@@ -1,4 +1,4 @@
-"""The loop of a run: takes jobs while there are workers, and gives what becomes of each."""
+"""The loop of a run: starts jobs while workers are free, and yields the outcome of each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import _local
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """Work on one key; or what is known of it without work: a result or an error."""
+    """Work on one key; without a payload, its result or error is known already."""
 
     key: str
     payload: Any = None
@@ -34,25 +34,25 @@ class Progress:
 
     @property
     def fraction(self) -> float:
-        """Of the scenes that are finished."""
+        """Share of the scenes that are finished."""
         return self.done / self.total if self.total else 1.0
 
     @property
     def stage(self) -> str:
-        """In words."""
+        """The state of the run in words."""
         failed = f", {self.failed} failed" if self.failed else ""
         return f"{self.done} of {self.total} scenes{failed}"
 
 
 Tell = Union[bool, Callable[[Progress], Any]]
-# A key, a result, an error: one of the last two is None.
+# Key, result and error of a job; one of the last two is None.
 Outcome = Tuple[str, Any, Optional[str]]
 
 
 def run(
     kind: str, jobs: Iterator[Job], total: int, on: Optional[str], workers: int, threads: int, progress: Optional[Tell]
 ) -> Iterator[Outcome]:
-    """Does all jobs, and yields each as it is done. Jobs are taken from the iterator as workers become free."""
+    """Runs all jobs and yields the outcome of each. Jobs are taken from the iterator as workers become free."""
     if on not in (None, "ray"):
         raise ValueError(f'on: got {on!r}, expected None or "ray"')
     for name, value, least in (("workers", workers, 0), ("threads", threads, 1)):
@@ -66,7 +66,7 @@ def run(
     else:
         pool = _local.Pool(kind, workers, threads)
     bar = Bar() if progress is True else None
-    # A bar wants no more of a state than its fraction and its stage.
+    # `Bar` reads only the fraction and the stage of a state, which `Progress` here has too.
     tell: Any = bar or (progress if callable(progress) else None)
     done = failed = 0
     finished = False
@@ -76,7 +76,7 @@ def run(
             failed += error is not None
             yield key, result, error
             if tell:
-                # Keys that share a model are finished with the first of them.
+                # The first job of a model finishes all keys that share it, so jobs may exceed the total.
                 tell(Progress(min(done, total), failed, total))
         finished = True
     finally:

@@ -1,5 +1,5 @@
-"""What a worker does: `work` learns a scene or queries a model. As a program (`python -m extricate.fleet._work`) it reads one job from
-standard input and writes what became of it to standard output, both pickled. It ends as soon as standard input closes."""
+"""The work of one job: `work` learns a scene or queries a model. As a program (`python -m extricate.fleet._work`) this reads one job
+from standard input and writes its outcome to standard output, both pickled. It ends as soon as standard input closes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Dict, Tuple
 
 
 def work(kind: str, payload: Dict[str, Any], threads: int) -> Tuple[Any, ...]:
-    """Does a job; raises whatever its scene or its rows deserve."""
+    """Does a job; raises the exceptions of its calls."""
     from .._extricate import Model, learn
 
     started = time.perf_counter()
@@ -25,20 +25,20 @@ def work(kind: str, payload: Dict[str, Any], threads: int) -> Tuple[Any, ...]:
 
 
 def described(error: BaseException) -> str:
-    """What is said of a failure."""
+    """Describes a failure in one line."""
     return f"{type(error).__name__}: {error}"
 
 
 def _end_with_the_run() -> None:
-    """Ends this process once its standard input closes: whoever started it keeps that open, and is gone then."""
-    # Not by `sys.stdin`, whose lock would be in the way when this process ends in the usual way.
+    """Ends this process once its standard input closes, because the process that started it is gone then."""
+    # `sys.stdin` would hold a lock that blocks the normal end of this process.
     os.read(0, 1)
     os._exit(1)
 
 
 def main() -> None:
-    """One job from standard input."""
-    # What libraries print must not come between the bytes of the result.
+    """Reads one job from standard input, does it and writes the outcome."""
+    # Output that libraries print must not mix with the bytes of the result.
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     kind, payload, threads = pickle.load(sys.stdin.buffer)
