@@ -7,12 +7,12 @@ use super::convex_convex::COARSE;
 use super::sink::{Near, Sink};
 use crate::collision::convex_distance::{self, Separation, Slack};
 use crate::collision::narrow_phase::Buffers;
-use crate::collision::narrow_phase::best_first::Entry;
 use crate::collision::prepared::PreparedShape;
 use crate::collision::scenery::{
     At, Element, Planes, Scenery, element_closest, element_in, from_half_space, lift, lifted, raised,
 };
 use crate::collision::shapes::bounds::Relative;
+use crate::collision::shapes::bvh::push_sorted;
 use crate::collision::shapes::{ConvexSolid, ShapeKind};
 use crate::math::{Pose, Vec3};
 
@@ -51,24 +51,28 @@ pub fn by_elements(
     let (mut limit, mut nearest) = (query.margin, query.margin);
     let (mut tests, mut overlaps) = (0, 0);
     let mut measured = Measured { other, relative, search: query.search, planes: Planes::default() };
-    let ContactBuffers { queue, found, shapes, .. } = buffers;
-    queue.clear();
+    let ContactBuffers { found, shapes, .. } = buffers;
+    let mut stack = std::mem::take(&mut shapes.places);
+    stack.clear();
     found.clear();
-    queue.extend(scenery.root().map(|root| entry(f64::NEG_INFINITY, root)));
-    while let Some(Entry { bound, first, .. }) = queue.pop() {
-        // The nearest is known, or that many overlap.
-        if bound >= limit || overlaps == MOST_OVERLAPS || (tests >= TESTS && bound >= nearest) {
+    stack.extend(scenery.root().map(|root| (f64::NEG_INFINITY, root.0)));
+    while let Some((bound, at)) = stack.pop() {
+        if overlaps == MOST_OVERLAPS {
             break;
         }
-        // A few that are near each other tell all; after them only a nearer one counts.
+        // After a few tests, only a nearer one counts.
+        if bound >= if tests >= TESTS { nearest } else { limit } {
+            continue;
+        }
+        // A few contacts that are near each other say all.
         let cutoff = if found.len() >= ENOUGH { nearest } else { limit };
-        let Some(number) = At(first).as_element() else {
-            scenery.open(At(first), &approach, cutoff, |bound, child| {
-                let is_parted = |element: Element| measured.planes.part(&element, cutoff);
-                let parted = child.as_element().and_then(|number| scenery.with_element(number, &approach, is_parted));
-                if parted != Some(true) {
-                    queue.push(entry(bound, child));
-                }
+        let Some(number) = At(at).as_element() else {
+            if scenery.bounds_of(At(at)).is_some_and(|bounds| measured.planes.part_box(&bounds, cutoff)) {
+                continue;
+            }
+            let start = stack.len();
+            scenery.open(At(at), &approach, cutoff, |bound, child| {
+                push_sorted(&mut stack, start, (bound, child.0), |entry| entry.0);
             });
             continue;
         };
@@ -80,16 +84,13 @@ pub fn by_elements(
         overlaps += usize::from(separation.distance < 0.0);
         found.push(Near::from(if rise > 0.0 { lifted(separation, rise) } else { separation }));
     }
+    shapes.places = stack;
     found.sort_unstable_by(|x, y| x.distance.total_cmp(&y.distance));
     for near in found.iter().take_while(|near| near.distance < limit) {
         if !sink.offer(near) {
             break;
         }
     }
-}
-
-fn entry(bound: f64, at: At) -> Entry {
-    Entry { bound, first: at.0, second: 0 }
 }
 
 /// The other shape as elements are measured against it.

@@ -2,6 +2,7 @@
 //! search.
 
 use super::{mesh_convex, mesh_mesh};
+use crate::collision::shapes::bounds::Aabb;
 use crate::math::Vec3;
 
 /// Stacks that the descents reuse.
@@ -17,6 +18,8 @@ pub struct Buffers {
     pub places: Vec<(f64, u32)>,
     /// Of two shapes that overlap: which of their pieces do.
     pub pieces: [Vec<u32>; 2],
+    /// Boxes around the places of scenery that overlap a shape.
+    pub boxes: Vec<Aabb>,
 }
 
 /// What decided the last check of a pair, to be tried first in the next one. Never decides by

@@ -4,8 +4,8 @@ use crate::collision::contacts::{ContactBuffers, find_candidates, solid};
 use crate::collision::convex_decomposition::PiecesRef;
 use crate::collision::convex_distance::nearer_than;
 use crate::collision::prepared::Placed;
-use crate::collision::scenery::{Stands, stand_ins};
-use crate::collision::shapes::bounds::Relative;
+use crate::collision::scenery::{Many, Scenery, Stands, stand_ins};
+use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::collision::shapes::convex::ConvexShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::collision::{CheckScratch, Checker, Contact};
@@ -33,6 +33,8 @@ struct Side<'a> {
 enum Pieces<'a> {
     Alone(&'a ConvexShape),
     Of(&'a [Shape], &'a [u32]),
+    /// The shapes of scenery whose places lie in these boxes.
+    Places(&'a Many, &'a [Aabb]),
 }
 
 impl OverlappingPieces<'_> {
@@ -66,6 +68,7 @@ impl Side<'_> {
                 let farther = |a: Vec3, b: Vec3| if b.dot(&local) > a.dot(&local) { b } else { a };
                 points.reduce(farther).unwrap_or_default()
             }
+            Pieces::Places(many, boxes) => many.support(boxes, &local),
         };
         self.pose.point(&farthest)
     }
@@ -101,15 +104,22 @@ pub fn overlapping_pieces(
             }
             let (all, one) = if is_first { (a, b) } else { (b, a) };
             let ShapeKind::Scenery(scenery) = &all.shape().kind else { continue };
-            let found = &mut buffers.pieces[0];
-            stand_ins(scenery, all.pose, one, Stands::Near, &mut buffers.places, &mut |part, _, pose| {
-                find_near((&part.shape, pose), one, clearance, found);
+            let [found, _] = &mut buffers.pieces;
+            let mut offer = |of_all: Side, found: &[u32]| {
                 let of_one = Side::of(one.prepared.cover(), one, found);
-                let alone = Side { pieces: Pieces::Alone(&part.shape), pose };
-                let (first, second) = if is_first { (alone, of_one) } else { (of_one, alone) };
+                let (first, second) = if is_first { (of_all, of_one) } else { (of_one, of_all) };
                 if !found.is_empty() {
                     each(&OverlappingPieces { pair, excess, first, second });
                 }
+            };
+            if let Scenery::Many(many) = scenery {
+                find_places((many, all.pose), one, clearance, &mut buffers.boxes, found);
+                offer(Side { pieces: Pieces::Places(many, &buffers.boxes), pose: all.pose }, found);
+                continue;
+            }
+            stand_ins(scenery, all.pose, one, Stands::Near, &mut buffers.places, &mut |part, _, pose| {
+                find_near((&part.shape, pose), one, clearance, found);
+                offer(Side { pieces: Pieces::Alone(&part.shape), pose }, found);
             });
         }
     }
@@ -160,6 +170,19 @@ fn find_overlapping(
         }
     }
     !xs.is_empty()
+}
+
+/// Finds the places of scenery and the pieces of `one` that are nearer than `within` \[m\] to any
+/// of the other.
+fn find_places((many, pose): (&Many, &Pose), one: Placed, within: f64, places: &mut Vec<Aabb>, pieces: &mut Vec<u32>) {
+    places.clear();
+    pieces.clear();
+    let relative = Relative::between(pose, one.pose);
+    for (k, piece) in (0_u32..).zip(one.prepared.cover().shapes) {
+        let known = places.len();
+        many.places_near((piece, &solid(piece).shape), &relative, within, places);
+        pieces.extend((places.len() > known).then_some(k));
+    }
 }
 
 /// Which pieces of `one` are nearer than `within` \[m\] to a shape; else the one whose ball is

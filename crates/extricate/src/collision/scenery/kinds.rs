@@ -5,7 +5,6 @@ use super::half_space::HalfSpace;
 use super::many::Many;
 use super::tree::{Approach, At, ENDLESS, Element};
 use crate::collision::shapes::bounds::{Aabb, Relative};
-use crate::collision::shapes::bvh::{Cuboid, View};
 use crate::math::Vec3;
 use crate::robot::Geometry;
 
@@ -56,18 +55,12 @@ impl Scenery {
 
     /// How a shape with box `bounds` stands to it.
     pub fn approach<'a>(&self, relative: &'a Relative, bounds: &'a Aabb) -> Approach<'a> {
+        if let Self::Many(many) = self {
+            return many.approach(relative, bounds);
+        }
         let pose = &relative.pose_a_b;
-        let seen = match self {
-            Self::Many(many) => {
-                let cuboid = Cuboid::around(bounds);
-                let view = View::new(pose, many.cuboid(), &cuboid);
-                let seen = view.see(&cuboid, 0.0);
-                Some((view, seen))
-            }
-            _ => None,
-        };
         let reach: f64 = (0..3).map(|k| pose.rotation[(2, k)].abs() * bounds.half[k]).sum();
-        Approach { relative, bounds, seen, low: pose.point(&bounds.center).z - reach }
+        Approach { relative, bounds, seen: None, low: pose.point(&bounds.center).z - reach }
     }
 
     /// The node that holds everything; `None` of a half-space.
@@ -88,6 +81,11 @@ impl Scenery {
             Self::HalfSpace(_) => {}
             Self::Field(field) => field.open(at, approach, limit, each),
         }
+    }
+
+    /// Returns a box around what a node holds, if its tree keeps boxes.
+    pub fn bounds_of(&self, at: At) -> Option<Aabb> {
+        if let Self::Many(many) = self { Some(many.bounds_of(at)) } else { None }
     }
 
     /// What `f` makes of an element; `None` where there is none of that number.

@@ -4,12 +4,17 @@
 use super::layers::layers;
 use super::places::PlaceTree;
 use super::tree::{Approach, At, Element};
-use crate::collision::shapes::ConvexSolid;
-use crate::collision::shapes::bounds::Aabb;
-use crate::collision::shapes::bvh::Cuboid;
+use crate::collision::convex_distance::nearer_than;
+use crate::collision::shapes::bounds::{Aabb, Relative};
+use crate::collision::shapes::bvh::{Cuboid, View};
 use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
-use crate::math::Vec3;
+use crate::collision::shapes::{ConvexSolid, Shape};
+use crate::math::{Pose, Vec3};
 use crate::robot::{PointCloud, Voxels};
+
+/// A box of places is not opened if its half diagonal is at most this share of the radius of the
+/// other shape's ball. Lab L122 has the sweep.
+const SMALL_BOX_SHARE: f64 = 0.5;
 
 /// Equal convex shapes, not turned.
 #[derive(Debug, Clone)]
@@ -86,6 +91,72 @@ impl Many {
             bounds: &self.bounds,
             place: *place,
         })
+    }
+
+    /// Returns a point that lies as far along a direction (unit) as any point of the shapes whose
+    /// places lie in `boxes`.
+    pub fn support(&self, boxes: &[Aabb], along: &Vec3) -> Vec3 {
+        let across = along.abs();
+        let heights = boxes.iter().map(|all| (along.dot(&all.center) + across.dot(&all.half), all));
+        let farthest = heights.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let place = farthest.map_or_else(Vec3::zeros, |(_, all)| all.center + all.half.zip_map(along, f64::copysign));
+        place + self.solid.shape.core.support(along) + along * self.solid.shape.radius
+    }
+
+    /// Adds boxes that hold every place whose shape is nearer than `limit` \[m\] to a convex shape:
+    /// single places, and boxes around several that are small beside that shape.
+    pub fn places_near(
+        &self,
+        (other, shape): (&Shape, &ConvexShape),
+        relative: &Relative,
+        limit: f64,
+        found: &mut Vec<Aabb>,
+    ) {
+        let approach = self.approach(relative, &other.bounds);
+        let small = SMALL_BOX_SHARE * other.ball.1;
+        // The depth of the tree times the children of a node is less.
+        let mut stack: arrayvec::ArrayVec<At, 256> = arrayvec::ArrayVec::new();
+        stack.push(self.root());
+        while let Some(at) = stack.pop() {
+            let places = match at.as_element() {
+                Some(number) => Aabb { center: self.places[number as usize], half: Vec3::zeros() },
+                None => self.places_in(at),
+            };
+            if at.as_element().is_some() || places.half.norm() <= small {
+                let pose = Pose::translation(places.center);
+                if nearer_than(&self.shape_at(&places.half), &pose, shape, &relative.pose_a_b, limit) {
+                    found.push(places);
+                }
+            } else {
+                self.tree.open(at, &approach, limit, |_, child| stack.push(child));
+            }
+        }
+    }
+
+    /// Returns a box around the shapes of a node.
+    pub fn bounds_of(&self, at: At) -> Aabb {
+        self.tree.bounds_of(at)
+    }
+
+    /// Returns a box around the places of a node.
+    fn places_in(&self, at: At) -> Aabb {
+        let all = self.tree.bounds_of(at);
+        Aabb { center: all.center, half: (all.half - self.bounds.half).sup(&Vec3::zeros()) }
+    }
+
+    /// Returns the sum of the shape and a box around the origin.
+    fn shape_at(&self, half: &Vec3) -> ConvexShape {
+        let ConvexShape { core, radius } = &self.solid.shape;
+        let own = if let ConvexCore::Box { half_extents } = core { *half_extents } else { Vec3::zeros() };
+        ConvexShape { core: ConvexCore::Box { half_extents: half + own }, radius: *radius }
+    }
+
+    /// Prepares tests of nodes against a shape with box `bounds`.
+    pub fn approach<'a>(&self, relative: &'a Relative, bounds: &'a Aabb) -> Approach<'a> {
+        let cuboid = Cuboid::around(bounds);
+        let view = View::new(&relative.pose_a_b, self.cuboid(), &cuboid);
+        let seen = view.see(&cuboid, 0.0);
+        Approach { relative, bounds, seen: Some((view, seen)), low: 0.0 }
     }
 
     /// See [`super::Scenery::depth_above`].

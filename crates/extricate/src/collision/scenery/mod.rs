@@ -21,6 +21,7 @@ pub use field::raised;
 pub use half_space::HalfSpace;
 pub use inner::{Stands, stand_ins};
 pub use kinds::Scenery;
+pub use many::Many;
 pub use pair::{closest, element_closest, element_in, from_half_space, lift, lifted, nearer};
 pub use planes::Planes;
 pub use tree::{At, Element};

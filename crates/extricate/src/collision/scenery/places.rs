@@ -49,6 +49,14 @@ impl PlaceTree {
         At::new(self.levels.len() - 1, 0)
     }
 
+    /// Returns a box around what a node holds, rounded up.
+    pub fn bounds_of(&self, at: At) -> Aabb {
+        let around = self.levels.get(at.level() + 1);
+        let cuboid = around.map_or(self.cuboid, |boxes| boxes[at.number() / LANES].get(at.number() % LANES));
+        let [center, half] = [cuboid.center, cuboid.half].map(|of| Vec3::from(of.map(f64::from)));
+        Aabb { center, half }
+    }
+
     fn child(at: At, lane: usize) -> At {
         let number = at.number() * LANES + lane;
         if at.level() == 0 { At::element(number) } else { At::new(at.level() - 1, number) }

@@ -5,6 +5,7 @@ use arrayvec::ArrayVec;
 
 use super::tree::Element;
 use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::bounds::Aabb;
 use crate::collision::shapes::convex::ConvexCore;
 use crate::math::{Pose, Vec3};
 
@@ -29,6 +30,14 @@ impl Planes {
             };
             normal.dot(&element.place) - below - offset >= limit
         })
+    }
+
+    /// Whether one of them proves that all that lies in a box (frame of the scenery) is at least
+    /// `limit` \[m\] from the shape.
+    #[inline]
+    pub fn part_box(&self, bounds: &Aabb, limit: f64) -> bool {
+        let lowest = |normal: &Vec3| normal.dot(&bounds.center) - normal.abs().dot(&bounds.half);
+        self.all.iter().any(|(normal, offset)| lowest(normal) - offset >= limit)
     }
 
     /// Adds the one across `normal` (of any length, frame of the scenery, away from the shape) that

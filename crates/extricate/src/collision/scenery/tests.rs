@@ -7,7 +7,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::field::Field;
 use super::{At, Element, Scenery};
+use crate::collision::convex_distance::nearer_than;
 use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
+use crate::collision::prepared::PreparedShape;
+use crate::collision::shapes::ShapeKind;
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, HeightField, PointCloud, Voxels};
@@ -201,4 +204,54 @@ fn nodes_and_elements_are_told_apart() {
         let node = At::new(9, number);
         assert_eq!((node.as_element(), node.level(), node.number()), (None, 9, number));
     }
+}
+
+/// Boxes of places hold every place that is near, and reach hardly beyond those along any direction.
+#[test]
+fn boxes_of_places_hold_all_that_is_near() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let mut boxed = 0;
+    for count in [1, 9, 300, 5000] {
+        let points: Vec<Vec3> = (0..count).map(|_| vector(&mut rng, 1.0)).collect();
+        let cells = points.iter().map(|p| [0, 1, 2].map(|k| (p[k] / 0.05).floor() as i32)).collect();
+        let all = [
+            scenery(Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.02, &arrays(&points)).unwrap()))),
+            scenery(Geometry::Voxels(Arc::new(Voxels::new("s", "v", 0.05, cells).unwrap()))),
+        ];
+        for scenery in &all {
+            let Scenery::Many(many) = scenery else { panic!("equal shapes") };
+            for _ in 0..20 {
+                let half: [f64; 3] = (vector(&mut rng, 0.4).abs() + Vec3::repeat(0.02)).into();
+                let other = PreparedShape::new(&Geometry::Box { half_extents: half }).unwrap();
+                let ShapeKind::Convex(solid) = &other.shape.kind else { panic!("a box") };
+                let pose = Pose::from_xyz_rpy(vector(&mut rng, 1.2).into(), vector(&mut rng, 6.0).into());
+                let limit = 0.05 * rng.random::<f64>();
+                let mut boxes = Vec::new();
+                many.places_near((&other.shape, &solid.shape), &Relative::new(pose), limit, &mut boxes);
+                let near = |place: &Vec3, limit: f64| {
+                    let element = many.element(0).unwrap();
+                    nearer_than(&element.solid.shape, &Pose::translation(*place), &solid.shape, &pose, limit)
+                };
+                let places: Vec<Vec3> = (0..).map_while(|number| many.element(number)).map(|e| e.place).collect();
+                let within = |limit: f64| places.iter().filter(move |place| near(place, limit)).collect::<Vec<_>>();
+                let holds = |all: &Aabb, p: &Vec3| ((p - all.center).abs() - all.half).max() <= 1e-6;
+                assert!(within(limit).iter().all(|place| boxes.iter().any(|all| holds(all, place))));
+                boxed += boxes.iter().filter(|all| all.half != Vec3::zeros()).count();
+                // A box that is near holds a place within its diagonal.
+                let diagonal = other.shape.ball.1;
+                let wider = within(limit + diagonal);
+                for along in (0..10).map(|_| vector(&mut rng, 1.0).normalize()).filter(|_| !boxes.is_empty()) {
+                    let farthest = |all: &[&Vec3]| all.iter().map(|p| p.dot(&along)).fold(f64::NEG_INFINITY, f64::max);
+                    let single =
+                        many.support(&[Aabb { center: Vec3::zeros(), half: Vec3::zeros() }], &along).dot(&along);
+                    let reach = many.support(&boxes, &along).dot(&along) - single;
+                    assert!(
+                        reach >= farthest(&within(limit)) - 1e-6 && reach <= farthest(&wider) + diagonal,
+                        "{reach}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(boxed > 100, "{boxed}");
 }
