@@ -21,7 +21,7 @@ pub struct PairMotions {
     sums: Vec<Lanes>,
 }
 
-/// A number of each lane.
+/// Returns a number for each lane. It becomes vector instructions if `of` is one operation.
 #[inline(always)]
 pub fn lanes(of: impl FnMut(usize) -> f64) -> Lanes {
     std::array::from_fn(of)

@@ -14,6 +14,8 @@
 
 mod lanes;
 
+use std::array;
+
 use super::Metric;
 use crate::math::elementary::hypot;
 use crate::math::{Pose, Vec3};
@@ -161,21 +163,36 @@ impl PairMotion {
         &self.columns
     }
 
-    /// The Hessian of `n . (a - b)`, row major.
-    pub fn hessian(&self, n: &Vec3, hessian: &mut Vec<f64>) {
+    /// Writes the Hessian of `n . (a - b)`, row major, for the direction `n` of each lane; `n` is
+    /// given by axis of the world.
+    #[inline(always)]
+    pub fn hessian<const N: usize>(&self, n: &[[f64; N]; 3], hessian: &mut Vec<[f64; N]>) {
         let width = self.coordinates.len();
         hessian.clear();
-        hessian.resize(width * width, 0.0);
+        hessian.resize(width * width, [0.0; N]);
+        let mut add = |row: usize, column: usize, across: &[[f64; N]; 3], velocity: &Vec3| {
+            let entry: [f64; N] =
+                array::from_fn(|k| across[0][k] * velocity.x + across[1][k] * velocity.y + across[2][k] * velocity.z);
+            for at in [row * width + column, column * width + row] {
+                hessian[at] = array::from_fn(|k| hessian[at][k] + entry[k]);
+            }
+        };
         for (chain, sign) in self.chains.iter().zip([1.0, -1.0]) {
             for (i, inner) in chain.joints.iter().enumerate().filter(|(_, joint)| !joint.is_slide) {
-                inner.add_own(&(n * sign), width, hessian);
-                for k in 0..inner.dimensions {
-                    let across = n.cross(&inner.axes[k]) * sign;
+                for (k, axis) in inner.axes[..inner.dimensions].iter().enumerate() {
+                    let axis = axis * sign;
+                    let across: [[f64; N]; 3] = [
+                        array::from_fn(|k| n[1][k] * axis.z - n[2][k] * axis.y),
+                        array::from_fn(|k| n[2][k] * axis.x - n[0][k] * axis.z),
+                        array::from_fn(|k| n[0][k] * axis.y - n[1][k] * axis.x),
+                    ];
+                    // Both orders of a ball joint's own coordinates count half.
+                    for (l, velocity) in inner.velocities[..inner.dimensions].iter().enumerate() {
+                        add(inner.at + k, inner.at + l, &across, &(0.5 * velocity));
+                    }
                     for outer in &chain.joints[i + 1..] {
                         for (l, velocity) in outer.velocities[..outer.dimensions].iter().enumerate() {
-                            let (row, column, entry) = (inner.at + k, outer.at + l, across.dot(velocity));
-                            hessian[row * width + column] += entry;
-                            hessian[column * width + row] += entry;
+                            add(inner.at + k, outer.at + l, &across, velocity);
                         }
                     }
                 }
@@ -312,18 +329,6 @@ impl Joint {
         }
         let across = if self.dimensions == 1 { self.velocities[0].norm() } else { arm.norm() * self.rate };
         self.lever = if self.rate > 0.0 { across / self.rate } else { 0.0 };
-    }
-
-    /// Second derivatives by the joint alone, of a ball joint symmetric in its coordinates.
-    fn add_own(&self, n: &Vec3, width: usize, hessian: &mut [f64]) {
-        for k in 0..self.dimensions {
-            let across = n.cross(&self.axes[k]);
-            for l in 0..self.dimensions {
-                let half = 0.5 * across.dot(&self.velocities[l]);
-                hessian[(self.at + k) * width + self.at + l] += half;
-                hessian[(self.at + l) * width + self.at + k] += half;
-            }
-        }
     }
 }
 

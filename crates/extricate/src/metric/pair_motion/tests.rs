@@ -52,10 +52,10 @@ fn points_move_as_derivatives_say() {
             let grown = gap(&after) - gap(&poses);
             let g: Vec<f64> = motion.columns().iter().map(|column| n.dot(column)).collect();
             let mut h = Vec::new();
-            motion.hessian(&n, &mut h);
+            motion.hessian(&[[n.x], [n.y], [n.z]], &mut h);
             let linear: f64 = g.iter().zip(&e).map(|(g, e)| g * e).sum();
             let width = e.len();
-            let bent: f64 = (0..width * width).map(|i| h[i] * e[i / width] * e[i % width]).sum();
+            let bent: f64 = (0..width * width).map(|i| h[i][0] * e[i / width] * e[i % width]).sum();
             let [second, third] = motion.derivatives(length);
             let (second, third) = (second * length.powi(2) / 2.0, third * length.powi(3) / 6.0);
             let rest = grown - linear - 0.5 * bent;

@@ -26,9 +26,10 @@ pub trait Parting {
     /// Looks at point `a` of the first set and `b` of the second (world \[m\]).
     fn place(&mut self, points: [&Vec3; 2]);
 
-    /// Proved: no configuration nearer than this (metric units) has `n . (a - b)` larger than here
-    /// by `needed` \[m\]; no closer once it is `enough`.
-    fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64;
+    /// Returns a distance (metric units) for which is proved: no configuration nearer than it has
+    /// `n . (a - b)` larger than here by `needed` \[m\] for any of three pairs of these. Stops
+    /// refining once it is `enough`.
+    fn least_distance(&mut self, needs: &[(Vec3, f64); 3], enough: f64) -> f64;
 
     /// The least of what each candidate's inequalities prove, not looked at closely; at most
     /// `enough`. As many as there are candidates, eight at most.
@@ -149,10 +150,8 @@ impl Cell {
     fn look_closely(&mut self, pair: &ConvexPair, parting: &mut impl Parting, enough: f64) {
         self.is_close = true;
         parting.place(self.points.each_ref());
-        let mut bound = enough;
-        for (n, needed) in needs(pair, &self.corners, &middle(&self.corners), &self.points) {
-            bound = bound.min(parting.distance(&n, needed, bound));
-        }
+        let needs = needs(pair, &self.corners, &middle(&self.corners), &self.points);
+        let bound = parting.least_distance(&needs, enough).min(enough);
         self.bound = self.bound.max(bound);
     }
 

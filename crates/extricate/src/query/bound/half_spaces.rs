@@ -30,7 +30,7 @@ pub struct Around<'a> {
     third: f64,
     /// What the points may have moved by, as steps keep limits to [`HELD`] only \[m\].
     slack: f64,
-    hessian: Vec<f64>,
+    hessian: Vec<[f64; 1]>,
     row: Vec<f64>,
 }
 
@@ -128,8 +128,8 @@ impl<'a> Around<'a> {
     /// Splits off the directions in which the Hessian bends most.
     fn bend(&mut self, n: &Vec3, along: &mut Along) {
         let width = along.gradient.len();
-        self.motion.hessian(n, &mut self.hessian);
-        let eigen = nalgebra::DMatrix::from_row_slice(width, width, &self.hessian).symmetric_eigen();
+        self.motion.hessian(&[[n.x], [n.y], [n.z]], &mut self.hessian);
+        let eigen = nalgebra::DMatrix::from_row_slice(width, width, self.hessian.as_flattened()).symmetric_eigen();
         let mut order: Vec<usize> = (0..width).collect();
         order.sort_by(|i, j| eigen.eigenvalues[*j].total_cmp(&eigen.eigenvalues[*i]));
         // What rounding does to the decomposition is far below.
@@ -291,14 +291,16 @@ impl Parting for Around<'_> {
         self.is_bounded = false;
     }
 
-    fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64 {
-        let mut along = self.along(n, needed);
-        let near = self.nearest(&along);
-        if near >= enough {
-            return near;
-        }
-        self.bend(n, &mut along);
-        self.nearest(&along).max(near)
+    fn least_distance(&mut self, needs: &[(Vec3, f64); 3], enough: f64) -> f64 {
+        needs.iter().fold(enough, |least, (n, needed)| {
+            let mut along = self.along(n, *needed);
+            let near = self.nearest(&along);
+            if near >= least {
+                return least;
+            }
+            self.bend(n, &mut along);
+            self.nearest(&along).max(near).min(least)
+        })
     }
 
     fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes {

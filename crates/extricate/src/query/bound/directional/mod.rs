@@ -2,7 +2,7 @@
 //!
 //! In a free configuration, two bodies that overlap at the query have parted along some direction
 //! `n`: for any two points chosen for it, by `m - n . (a - b)`. That takes the distance that
-//! [`reach`] proves, so
+//! [`least_reach`] proves, so
 //!
 //! `depth >= min over n of max over a, b of reach(n, a, b)`
 //!
@@ -11,7 +11,7 @@
 use arrayvec::ArrayVec;
 
 use super::cells::{Candidate, Cells, Parting};
-use super::reach::{Curvature, ReachScratch, reach, reach_by_rate, rough_reaches};
+use super::reach::{Curvature, ReachScratch, least_reach, reach_by_rate, rough_reaches};
 use crate::collision::ConvexPair;
 use crate::math::{LANES, Pose, Vec3, vectorized};
 use crate::metric::Metric;
@@ -134,9 +134,9 @@ impl Parting for FromHere<'_> {
         self.curvature = None;
     }
 
-    fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64 {
+    fn least_distance(&mut self, needs: &[(Vec3, f64); 3], enough: f64) -> f64 {
         let curvature = self.curvature();
-        reach(self.motion, &curvature, n, needed, (enough, self.ceiling), self.memory)
+        least_reach(self.motion, &curvature, needs, (enough, self.ceiling), self.memory)
     }
 
     fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes {
