@@ -20,6 +20,8 @@ pub struct StoredStarts {
     /// Coordinates of the chosen ones in which the local metric is the identity.
     places: Vec<f64>,
     config: Vec<f64>,
+    /// Numbers of the factors that are not locked.
+    moving: Vec<usize>,
     pub is_gathered: bool,
 }
 
@@ -44,18 +46,26 @@ impl StoredStarts {
             return samples.nearest(wanted, context.metric, q, count, scratch, &mut self.near);
         }
         let factors = context.checker.scene().space.factors();
+        self.moving.clear();
+        self.moving.extend((0..factors.len()).filter(|k| !context.is_locked(factors[*k].v)));
         let first = if among == SampleKind::All { 0 } else { samples.len() - samples.solved() };
-        let distance = |id: usize| {
-            let moving = factors.iter().filter(|factor| !context.is_locked(factor.v));
-            moving.map(|factor| factor.distance_squared(&q.q, samples.config(id as u32))).sum::<f64>()
-        };
-        self.near.extend((first..samples.len()).map(|id| (id as u32, distance(id))));
-        let order = |a: &(u32, f64), b: &(u32, f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
-        if count < self.near.len() {
-            self.near.select_nth_unstable_by(count, order);
-            self.near.truncate(count);
+        for id in first as u32..samples.len() as u32 {
+            let config = samples.config(id);
+            // Most samples are farther in a coordinate or two than all that count.
+            let limit = if self.near.len() < count { f64::INFINITY } else { self.near[count - 1].1 };
+            let mut squared = 0.0;
+            for &factor in &self.moving {
+                squared += factors[factor].distance_squared(&q.q, config);
+                if squared >= limit {
+                    break;
+                }
+            }
+            if squared < limit {
+                self.near.truncate(count - 1);
+                let at = self.near.partition_point(|near| near.1 <= squared);
+                self.near.insert(at, (id, squared));
+            }
         }
-        self.near.sort_unstable_by(order);
     }
 
     /// Chooses the next sample that is unlike all that were chosen; whether there is one.
