@@ -46,7 +46,7 @@ const ROUNDING: f64 = 1e-12;
 /// Newton's steps to a root in lanes: from as near as they begin, four mostly do.
 const STEPS: usize = 6;
 /// Multipliers that are tried.
-const MAX_MULTIPLIERS: usize = 3;
+const MAX_MULTIPLIERS: usize = 2;
 
 impl Curvature {
     /// Of the points that `motion` was placed at, within `ceiling`.
