@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the prose of the pages that people read first: short sentences, short paragraphs, no retired words.
+"""Checks the prose of pages and of comments: short sentences, short paragraphs, no retired words.
 
     python3 scripts/check-prose.py               a table of all pages; exit status 1 where one breaks a rule
     python3 scripts/check-prose.py --self-test   shows that every rule can fail
@@ -11,6 +11,13 @@ Rules, for README.md, docs/index.md and all pages in docs/tutorials, docs/how-to
 - no paragraph has more than 90 words.
 
 In the same pages and in docs/reference, words that the project has retired are errors, in code blocks too.
+
+In comments and docs of items of all Rust files of crates/:
+
+- no sentence has more than 40 words, and at most 40 sentences in all have more than 30,
+- no doc begins with "Of", "Which" or "That", which are no sentences,
+- at most 50 docs have three words or fewer,
+- retired words are errors, but for those that are words of the code's own subject.
 
 What counts: paragraphs, list items and block quotes. What does not: headings, tables, code blocks, HTML. Inline code is one word;
 of a link, its text counts. An item of a list is a paragraph of its own.
@@ -24,6 +31,7 @@ from pathlib import Path
 from typing import Iterable, NamedTuple
 
 MOST_MEAN, MOST_P90, MOST_PARAGRAPH = 17.0, 28, 90
+LONGEST_SENTENCE, LONG_SENTENCE, MOST_LONG_SENTENCES, MOST_SHORT_DOCS = 40, 30, 40, 50
 MEASURED = ["README.md", "docs/index.md", "docs/tutorials", "docs/how-to", "docs/concepts"]
 SPELLED = [*MEASURED, "docs/reference"]
 
@@ -215,6 +223,62 @@ def pages(root: Path, names: list[str]) -> tuple[list[Path], list[str]]:
     return found, missing
 
 
+COMMENT = re.compile(r"^\s*//([/!]?)(?: (.*)|)$")
+FRAGMENT = re.compile(r"^(?:Of|Which|That)\b")
+
+
+def comments(text: str) -> Iterable[tuple[int, str, list[str]]]:
+    """Yields the comments of a Rust file: the first line, the kind (`/`, `!` or nothing), and the lines."""
+    start, kind, gathered = 0, "", []
+    for number, line in enumerate(text.splitlines() + [""], 1):
+        match = COMMENT.match(line)
+        if gathered and (not match or match[1] != kind):
+            yield start, kind, gathered
+            gathered = []
+        if match:
+            if not gathered:
+                start, kind = number, match[1]
+            gathered.append(match[2] or "")
+
+
+def comment_figures(name: str, text: str) -> tuple[list[str], list[str], list[str]]:
+    """Returns faults, long sentences and short docs of the comments of a Rust file, a line each."""
+    found, long, short = [], [], []
+    for start, kind, lines in comments(text):
+        body = "\n".join(line for line in lines if not line.startswith("# "))
+        # Python's docs list their arguments one a line.
+        body = re.sub(r"\n(?=[\w`*, ]{1,40}: )", "\n\n", body)
+        first = next(iter(blocks(body)), None)
+        for block in blocks(body):
+            for sentence in sentences(plain(block.text)):
+                if words(sentence) > LONG_SENTENCE:
+                    long.append(f"{name}:{start}: a sentence of {words(sentence)} words, expected at most {LONG_SENTENCE}")
+                if words(sentence) > LONGEST_SENTENCE:
+                    found.append(long[-1])
+        if kind and first and FRAGMENT.match(first.text):
+            found.append(f"{name}:{start}: a doc that begins \"{first.text[:30]}\", expected a sentence")
+        if kind == "/" and len(lines) == 1 and first and words(plain(first.text)) <= 3:
+            short.append(f"{name}:{start}: a doc of {words(plain(first.text))} words: {first.text}")
+        found += [re.sub(r":\d+:", f":{start}:", fault, count=1) for fault in retired(name, body)]
+    return found, long, short
+
+
+def check_comments(root: Path) -> tuple[int, list[str]]:
+    """Returns how many files were read, and their problems."""
+    problems, long, short = [], [], []
+    files = sorted(path for path in root.glob("crates/**/*.rs") if "target" not in path.parts)
+    for path in files:
+        each = comment_figures(str(path.relative_to(root)), path.read_text(encoding="utf-8"))
+        for kept, more in zip((problems, long, short), each):
+            kept += more
+    if len(long) > MOST_LONG_SENTENCES:
+        problems += long
+    if len(short) > MOST_SHORT_DOCS:
+        problems += short
+    print(f"comments: {len(long)} sentences of more than {LONG_SENTENCE} words, {len(short)} docs of at most three words")
+    return len(files), problems
+
+
 def check(root: Path) -> int:
     measured, missing = pages(root, MEASURED)
     spelled, also_missing = pages(root, SPELLED)
@@ -228,9 +292,11 @@ def check(root: Path) -> int:
         problems += faults(name, figures)
     for page in spelled:
         problems += retired(str(page.relative_to(root)), page.read_text(encoding="utf-8"))
+    files, in_comments = check_comments(root)
+    problems += in_comments
     for problem in problems:
         print(problem, file=sys.stderr)
-    print(f"{len(measured)} pages measured, {len(spelled)} spelled, {len(problems)} problems")
+    print(f"{len(measured)} pages measured, {len(spelled)} spelled, {files} Rust files, {len(problems)} problems")
     return 1 if problems else 0
 
 
@@ -264,6 +330,9 @@ def self_test() -> int:
         ("a classifier is none", len(retired("p", "Support vectors of all machines; the machine of a pair.")), 2),
         ("addresses are no words", retired("p", "[here](../asked.md#ways-out)"), []),
     ]
+    rust = "/// Of both.\nfn a() {}\n// It was asked.\n/// Returns the number of all.\n/// " + "word " * 41 + "ends.\n"
+    found, long, short = comment_figures("p", rust)
+    cases.append(("comments of Rust", (len(found), len(long), len(short)), (3, 1, 1)))
     for word in ("ways out", "hope", "lesson", "wander", "foot", "feet", "looks", "looked at", "asked", "told", "lean", "in turns"):
         cases.append((f"the word {word}", len(retired("p", f"So {word} is.")), 1))
     wrong = [(name, got, expected) for name, got, expected in cases if got != expected]

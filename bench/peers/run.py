@@ -55,9 +55,11 @@ def one_scene(name, path, options):
     rows = {method: judged(scene, queries, answers) for method, answers in given.items()}
     best = np.min([row["depth"] for row in rows.values()], axis=0)
     figures = {method: summary(row, best) for method, row in rows.items()}
+    # Bounds hold at the full clearance; a witness of a peer may keep 0.9 of it, and be nearer for that.
+    own = np.min([rows[method]["depth"] for method in METHODS], axis=0)
     for method in METHODS:
         lower = np.array([a["lower_bound"] for a in given[method]])
-        figures[method] |= {"bounds_above_best": int((lower > best * (1 + 1e-6)).sum()), "lower_over_best": float(np.median(lower / best))}
+        figures[method] |= {"bounds_above_best": int((lower > own * (1 + 1e-6)).sum()), "lower_over_best": float(np.median(lower / best))}
     for method, found in figures.items():
         shares = ", ".join(f"{what} {found[key]:.2f}" for what, key in [("verified", "verified"), ("within 5 %", "within_5"), ("within 1 %", "within_1")])
         print(f"  {method:<32} {shares}, {found['us']:,.0f} us", flush=True)

@@ -1,5 +1,5 @@
-//! The checked pairs of a scene and the memory of checks: how both are made, and pairs at a placed
-//! configuration. What is asked of them is elsewhere.
+//! The checked pairs of a scene and the scratch memory of checks: how both are made, and the check
+//! of one pair at a placed configuration. The queries on them are in `answers`.
 
 use std::collections::BinaryHeap;
 use std::fmt;
@@ -19,24 +19,23 @@ use crate::math::Pose;
 use crate::scene::clearances::PairClearance;
 use crate::scene::{PairId, Scene};
 
-/// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between
-/// threads.
+/// The checked pairs of one scene, prepared for fast checks. Immutable; threads share it.
 pub struct Checker {
     pub(super) scene: Arc<Scene>,
     pub(super) bodies: Arc<Bodies>,
     pub(super) pairs: Arc<[CheckedPair]>,
     pub(super) broad: Arc<Broad>,
     pub(super) paths: Arc<SpeedPaths>,
-    /// Whether all pieces of meshes were made; shared by all that share the bodies.
+    /// Whether the convex pieces of all meshes are made; shared like `bodies`.
     pub(super) is_prepared: Arc<AtomicBool>,
     hints: usize,
-    /// Of pairs that follow the scene's \[m\].
+    /// Clearance of pairs without one of their own \[m\].
     pub(super) clearance: f64,
-    /// Greatest of any pair \[m\].
+    /// Greatest clearance of any pair \[m\].
     pub(super) most_clearance: f64,
-    /// Whether each pair is looked at; `None` if all are.
+    /// Whether each pair is checked; `None` if all are.
     only: Option<Arc<Vec<bool>>>,
-    /// Tells whose hints a scratch holds.
+    /// Identifies the checker whose hints a scratch holds.
     id: u64,
 }
 
@@ -44,30 +43,29 @@ pub struct Checker {
 pub(super) struct CheckedPair {
     pub(super) first: usize,
     pub(super) second: usize,
-    /// Sum of the radii of the bodies' balls \[m\].
+    /// Sum of the radii of the balls around the bodies \[m\].
     pub(super) radii: f64,
-    /// Where the hints of its pairs of parts start.
+    /// Index of the hint of its first pair of parts.
     hints: usize,
-    /// What it keeps.
     clearance: PairClearance,
 }
 
-/// Memory that checks reuse; one per thread.
+/// Scratch memory that checks reuse; each thread needs its own.
 ///
-/// It remembers when pairs collided last and where, to try those first; no answer depends on it.
+/// It remembers which pairs collided last and at which features, so that checks try those first. No
+/// label depends on it; contacts may, see [`CheckScratch::forget_contacts`].
 #[derive(Default)]
 pub struct CheckScratch {
     owner: u64,
     pub(super) placement: Placement,
-    /// Poses at several configurations, and the centres of moving bodies there.
     pub(super) block: PoseBlock,
+    /// Centres of the moving bodies at the configurations of `block` \[m\].
     pub(super) centers: Vec<[[f64; LANES]; 3]>,
     pub(super) broad: BroadScratch,
-    /// Whether the pose of a body is not finite: nothing can be said of it, so that all its pairs
-    /// collide.
+    /// Whether the pose of some body is not finite: then every checked pair counts as colliding.
     pub(super) nowhere: bool,
     pub(super) history: RecentPairs,
-    /// One for every pair of parts.
+    /// One hint for every pair of parts.
     pub(super) hints: Vec<SeparatingWitness>,
     pub(super) queue: BinaryHeap<Entry>,
     pub(super) buffers: Buffers,
@@ -97,16 +95,15 @@ impl Checker {
         Self::prepare(scene, bodies)
     }
 
-    /// The same, with the trees of triangles that another checker of the same scene had; `None`
-    /// where they cannot be those. They say in which order triangles are looked at, never which, so
-    /// that no answer depends on them.
+    /// Prepares `scene` with the triangle trees of another checker of the same scene; `None` if
+    /// they cannot be those. Trees only order triangles, so no answer depends on them.
     pub(crate) fn with_trees(scene: Arc<Scene>, kept: &TreeArrays) -> Option<Self> {
         let bodies = Bodies::with_layouts(&scene, kept.layouts()?)?;
         Some(Self::prepare(scene, bodies))
     }
 
-    /// A checker of another scene, such as one in which an obstacle moved: what this one has
-    /// prepared of equal bodies is shared. It says what [`Checker::new`] would.
+    /// Prepares another scene, such as one in which an obstacle moved, and shares what this checker
+    /// has prepared of equal bodies. Answers are those of [`Checker::new`].
     pub(crate) fn for_scene(&self, scene: Arc<Scene>) -> Self {
         let bodies = Bodies::new(&scene, Some((&self.scene, &self.bodies)));
         Self::prepare(scene, bodies)
@@ -133,8 +130,9 @@ impl Checker {
             .with_clearance(clearance)
     }
 
-    /// The same pairs, where those that follow the clearance of the scene keep another one \[m\].
-    /// Shares all that is prepared; memory of one serves the other.
+    /// Returns a checker of the same pairs with `clearance` \[m\] in place of the scene's; pairs
+    /// with a clearance of their own keep it. It shares all prepared data, and a scratch serves
+    /// both.
     pub fn with_clearance(&self, clearance: f64) -> Self {
         let Self { scene, bodies, pairs, broad, paths, is_prepared, hints, only, id, .. } = self;
         let most_clearance = pairs.iter().map(|pair| pair.clearance.over(clearance)).fold(0.0, f64::max);
@@ -153,19 +151,19 @@ impl Checker {
         }
     }
 
-    /// The same, for which only marked pairs collide or are near. Memory of one serves the other.
+    /// Returns a checker for which only marked pairs collide or are near. A scratch serves both.
     pub(crate) fn only(&self, marked: Arc<Vec<bool>>) -> Self {
         Self { only: Some(marked), ..self.with_clearance(self.clearance) }
     }
 
-    /// Whether a pair is looked at.
+    /// Returns whether a pair is checked; see [`Checker::only`].
     pub(super) fn looks_at(&self, pair: u32) -> bool {
         self.only.as_ref().is_none_or(|only| only[pair as usize])
     }
 
-    /// The same, where each of `floors` says what a pair keeps \[m\], whatever its clearance: below
-    /// 0 the depth to which its bodies may overlap, as [`Checker::clearance`] measures it. Memory
-    /// of one serves the other.
+    /// Returns a checker in which the pairs of `floors` keep the given signed distances \[m\]
+    /// instead of their clearances. A floor below 0 allows bodies to overlap by that depth, as
+    /// [`Checker::clearance`] measures it. A scratch serves both.
     pub(crate) fn with_floors(&self, floors: &[(PairId, f64)]) -> Self {
         let mut pairs = self.pairs.to_vec();
         for (pair, floor) in floors {
@@ -174,40 +172,41 @@ impl Checker {
         Self { pairs: pairs.into(), ..self.with_clearance(self.clearance) }.with_clearance(self.clearance)
     }
 
-    /// Radius of the ball around the smallest body of a robot \[m\]: a length that tells how large
-    /// what moves is.
+    /// Returns the radius of the ball around the smallest moving body \[m\], a length scale of what
+    /// moves; 1 if there is none.
     pub(crate) fn moving_radius(&self) -> f64 {
         let radii = self.broad.movers().map(|body| self.bodies.bodies[body].ball.1);
         let least = radii.filter(|radius| *radius > 0.0).fold(f64::INFINITY, f64::min);
         if least.is_finite() { least } else { 1.0 }
     }
 
-    /// What pairs without a clearance of their own keep \[m\].
+    /// Returns the clearance of pairs without one of their own \[m\].
     pub(crate) fn base_clearance(&self) -> f64 {
         self.clearance
     }
 
-    /// Least distance \[m\] that a checked pair keeps where it is free.
+    /// Returns the clearance of a checked pair \[m\].
     pub(crate) fn clearance_of(&self, pair: usize) -> f64 {
         self.pairs[pair].clearance.over(self.clearance)
     }
 
-    /// What a pair keeps beyond [`Checker::base_clearance`] \[m\]; below 0 where it keeps less.
+    /// Returns how much more than [`Checker::base_clearance`] a pair keeps \[m\]; below 0 if it
+    /// keeps less.
     pub(crate) fn excess(&self, pair: usize) -> f64 {
         self.clearance_of(pair) - self.clearance
     }
 
-    /// The scene.
+    /// Returns the scene that is checked.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The scene, shared.
+    /// Returns the shared handle of the scene.
     pub fn scene_arc(&self) -> &Arc<Scene> {
         &self.scene
     }
 
-    /// Moves everything to `q`.
+    /// Computes where all bodies are at `q`.
     pub(super) fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
         self.adopt(scratch);
         scratch.nowhere = false;
@@ -226,8 +225,8 @@ impl Checker {
         }
     }
 
-    /// Collects the pairs that may be nearer than `margin` \[m\] where everything is placed: all
-    /// of them where a body is nowhere.
+    /// Collects the pairs that may be nearer than `margin` \[m\] once everything is placed; all
+    /// pairs if a pose is not finite.
     pub(super) fn find_near(&self, margin: f64, scratch: &mut CheckScratch) {
         let centers = &scratch.placement.centers;
         scratch.nowhere = !self.broad.movers().all(|body| centers[body].iter().all(|x| x.is_finite()));
@@ -242,12 +241,12 @@ impl Checker {
         }
     }
 
-    /// Whether two placed bodies are nearer than they keep.
+    /// Returns whether two placed bodies are nearer than their clearance.
     pub(super) fn pair_collides(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
         self.pair_nearer(pair, self.clearance_of(pair), scratch)
     }
 
-    /// Whether two placed bodies are nearer than `limit` \[m\].
+    /// Returns whether two placed bodies are nearer than `limit` \[m\].
     pub(super) fn pair_nearer(&self, pair: usize, limit: f64, scratch: &mut CheckScratch) -> bool {
         scratch.nowhere
             || self.part_pairs(pair).any(|(first, second, hint)| {
@@ -259,10 +258,11 @@ impl Checker {
             })
     }
 
-    /// Whether balls inside two placed bodies prove that they are nearer than the clearance.
+    /// Returns whether balls inside two placed bodies prove that they are nearer than their
+    /// clearance.
     pub(super) fn pair_seen_to_collide(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
-        // Balls inside may overlap by more than the measured depth of a mesh, which is one from
-        // below.
+        // Below 0 balls prove nothing: they may overlap by more than the depth of a mesh, which is
+        // measured from below.
         let may_tell = self.clearance_of(pair) >= 0.0;
         may_tell
             && self.part_pairs(pair).any(|(first, second, _)| {
@@ -271,7 +271,7 @@ impl Checker {
             })
     }
 
-    /// Parts of the first body, parts of the second body, and the places of their hints.
+    /// Returns the pairs of parts of two bodies, each with the index of its hint.
     pub(super) fn part_pairs(&self, pair: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
         let pair = &self.pairs[pair];
         let (a, b) = (&self.bodies.bodies[pair.first].parts, &self.bodies.bodies[pair.second].parts);
@@ -280,18 +280,18 @@ impl Checker {
 }
 
 impl CheckScratch {
-    /// Forgets from where searches for contacts start, so that contacts no longer depend (within
-    /// rounding) on earlier calls.
+    /// Forgets the contacts from which later searches start. Otherwise, exact contacts depend on
+    /// earlier calls within rounding.
     pub fn forget_contacts(&mut self) {
         self.contact_buffers.forget();
     }
 
-    /// Configurations at which the segment that was checked last was evaluated.
+    /// Returns at how many configurations the last checked segment was evaluated.
     pub(crate) fn segment_checks(&self) -> usize {
         self.segment.checks
     }
 
-    /// World poses of the frames at the configuration that was last checked.
+    /// Returns the world poses of the frames at the configuration that was last checked.
     pub fn poses(&self) -> &[Pose] {
         &self.placement.poses
     }

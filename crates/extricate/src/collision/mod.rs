@@ -1,9 +1,10 @@
-//! The exact checker: which pairs of a scene keep the clearance at a configuration, and signed
-//! distances where they nearly do not. In f64 throughout.
+//! The exact checker: which pairs of a scene keep their clearance at a configuration, and signed
+//! distances of bodies. Distances are in f64; boxes in f32 only rule pairs out, on the safe side.
 //!
-//! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend
-//! together, end in exact distances of triangles, and then ask whether one solid holds the other
-//! (`inside`). Clouds, grids and the ground (`scenery`) tell which of their parts are near.
+//! Pairs of convex shapes are measured in `convex_distance` (GJK and EPA). Meshes are trees of
+//! triangles (`shapes::bvh`), which are descended down to exact distances of triangles. If no
+//! triangles are near, `narrow_phase::containment` decides whether one solid holds the other.
+//! Clouds, grids and the ground are in `scenery`.
 
 mod answers;
 mod broad_phase;

@@ -53,7 +53,7 @@ fn mesh(mesh: TriangleMesh) -> Vec<Part> {
     part(Geometry::Mesh(Arc::new(mesh)))
 }
 
-/// One coordinate vector from positions; nothing is turned.
+/// Returns the coordinates of bodies at these positions, none rotated.
 fn at(positions: &[[f64; 3]]) -> Vec<f64> {
     positions.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0.0, 0.0, 0.0, 1.0]).collect()
 }
@@ -212,7 +212,7 @@ fn nearest_contact_is_the_clearance_and_its_gradient_is_right() {
         checker.contacts(&q, within(0.1), &mut scratch, &mut contacts);
         for c in &contacts {
             assert!((c.normal.norm() - 1.0).abs() < 1e-9 && c.distance < 0.1);
-            let slack = if c.distance > 0.0 { 1e-9 } else { 1e-4 }; // curved shapes overlap by an estimate
+            let slack = if c.distance > 0.0 { 1e-9 } else { 1e-4 }; // depths of curved shapes are estimates
             assert!(((c.point_first - c.point_second).dot(&c.normal) - c.distance).abs() < slack, "{c:?}");
         }
         if !(1e-4..0.09).contains(&clearance) {
@@ -227,8 +227,8 @@ fn nearest_contact_is_the_clearance_and_its_gradient_is_right() {
             let frame = scene.bodies[body].frame;
             kinematics::add_point_gradient(scene, &poses, frame, &point, &nearest.normal, sign, &mut gradient);
         }
-        // The witness may jump between features: where both one-sided differences agree, they are
-        // the gradient.
+        // The witness may jump between features. If both one-sided differences agree, they are the
+        // gradient.
         for k in 0..space.nv() {
             let mut at = |step: f64| {
                 let mut tangent = vec![0.0; space.nv()];
@@ -317,8 +317,8 @@ fn checkers_are_shared_between_threads() {
     shared::<Checker>();
 }
 
-/// Blades of several heights, shapes of one body, under a block: whichever comes first, the nearest
-/// one is told.
+/// Blades of several heights are shapes of one body, under a block. Whichever comes first, the
+/// nearest one is found.
 #[test]
 fn the_nearest_of_several_shapes_of_a_body_is_told() {
     let shape = |top: f64| Part {
@@ -328,7 +328,7 @@ fn the_nearest_of_several_shapes_of_a_body_is_told() {
             cuboid(Vec3::new(0.0, 0.0, -0.5), Vec3::new(0.05, 0.05, 0.05)),
         ]))),
     };
-    // Many that are lower, turned all ways, leave no room for one that comes last.
+    // Many lower blades, rotated all ways, fill the list before the last one comes.
     let around = |turn: usize| {
         let tilt = Pose::from_xyz_rpy([0.0; 3], [0.0, 0.0, 0.13 * turn as f64]);
         Part { pose_frame_part: tilt, ..shape(0.3 - 1e-3 * turn as f64) }

@@ -1,30 +1,30 @@
-//! Elementary functions with the same bits on every platform. Those of the standard library are the
+//! Elementary functions with the same bits on every platform. The standard library uses the
 //! platform's own: the last bit of a logarithm differs between Linux and a browser, and a search
-//! that begins at another place may end at another one.
+//! that starts elsewhere may end elsewhere.
 //!
-//! Not for angles of joints, which are many: `kinematics` takes eight at once.
+//! Joint angles are many, so `kinematics` computes their sines and cosines eight at a time.
 
-/// Natural logarithm.
+/// Returns the natural logarithm of `x`.
 pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
-/// Logarithm to the base 2.
+/// Returns the logarithm of `x` to the base 2.
 pub fn log2(x: f64) -> f64 {
     libm::log2(x)
 }
 
-/// Sine and cosine of an angle \[rad\].
+/// Returns the sine and cosine of an angle \[rad\].
 pub fn sin_cos(angle: f64) -> (f64, f64) {
     libm::sincos(angle)
 }
 
-/// The angle \[rad\] of the vector `(x, y)`.
+/// Returns the angle \[rad\] of the vector `(x, y)`.
 pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// Length of the vector `(x, y)`.
+/// Returns the length of the vector `(x, y)`.
 pub fn hypot(x: f64, y: f64) -> f64 {
     libm::hypot(x, y)
 }

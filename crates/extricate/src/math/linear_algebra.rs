@@ -1,9 +1,9 @@
-//! The little dense linear algebra of small, resizable problems: row-major slices, no allocation.
+//! Dense linear algebra for small problems of any size: row-major slices, no allocation.
 
-/// Products that are summed side by side, which does not wait for one sum to end before the next.
+/// Number of partial sums in [`dot`]; independent sums need not wait for each other.
 pub const LANES: usize = 4;
 
-/// Inner product.
+/// Returns the inner product `a' b`.
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
@@ -15,8 +15,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// In-place Cholesky factor (lower triangle) of a row-major matrix; a pivot below 1e-14 of the
-/// largest diagonal entry is raised to it.
+/// Replaces a row-major matrix by its Cholesky factor (lower triangle). A pivot below 1e-14 of the
+/// largest diagonal entry is raised to that value.
 #[inline(always)]
 pub fn cholesky(m: &mut [f64], n: usize) {
     let floor = (0..n).map(|k| m[k * n + k]).fold(f64::MIN_POSITIVE, f64::max) * 1e-14;
@@ -55,7 +55,7 @@ pub fn transposed_solve(factor: &[f64], n: usize, x: &mut [f64]) {
     }
 }
 
-/// Euclidean distance.
+/// Returns the Euclidean distance between two points.
 #[inline(always)]
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     let mut sum = 0.0;

@@ -1,5 +1,5 @@
-//! Rigid transforms, the few vector types that everything else shares, and vector instructions. No
-//! robot, no scene.
+//! Rigid transforms, shared vector types and vector instructions. Nothing here knows of robots or
+//! scenes.
 
 pub mod elementary;
 pub mod linear_algebra;
@@ -13,21 +13,19 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3 x 3 matrix of `f64`, column major.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
-/// Farthest coordinate \[m\] or largest angle \[rad\] that is taken for one: beyond it, products
-/// lose their meaning.
+/// Largest accepted coordinate \[m\] or angle \[rad\]: products of larger ones lose their meaning.
 pub const FARTHEST: f64 = 1e9;
 
-/// Values in one block for vector instructions: the width of an AVX register of `f32`.
+/// Number of values in one block for vector instructions: the width of an AVX register of `f32`.
 pub const LANES: usize = 8;
 
-/// Runs `f`, and all that is inlined into it, with the widest vector instructions that this
-/// processor has.
+/// Runs `f`, and all code inlined into it, with the widest vector instructions of this processor.
 ///
-/// A closure has to be marked `#[inline(always)]`, as have the functions that it calls: what is not
-/// inlined has no such instructions.
+/// Mark the closure and the functions that it calls `#[inline(always)]`: code that is not inlined
+/// is compiled without these instructions.
 ///
-/// Results do not depend on which: Rust never fuses a multiplication with an addition unless told
-/// to.
+/// Results do not depend on the width, as Rust never fuses a multiplication with an addition by
+/// itself.
 #[inline(always)]
 pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(f)
@@ -39,7 +37,7 @@ pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
 /// more often than it interpolates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Orthonormal, determinant +1.
+    /// Orthonormal rotation matrix with determinant +1.
     #[doc(hidden)]
     pub rotation: Mat3,
     /// Origin of `b` in `a` \[m\].
@@ -54,51 +52,51 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// The pose that moves nothing.
+    /// Returns the identity transform.
     pub fn identity() -> Self {
         Self { rotation: Mat3::identity(), translation: Vec3::zeros() }
     }
 
-    /// The pose with these columns of the rotation, and this origin of `b` in `a` \[m\]. The
-    /// columns have to be orthonormal, with determinant +1; scenes refuse others.
+    /// Makes a pose of the columns of its rotation and the origin of `b` in `a` \[m\]. The columns
+    /// have to be orthonormal, with determinant +1; scenes refuse others.
     pub fn new(columns: [[f64; 3]; 3], origin: [f64; 3]) -> Self {
         Self { rotation: Mat3::from_columns(&columns.map(Vec3::from)), translation: origin.into() }
     }
 
-    /// A pure translation to `origin` \[m\].
+    /// Makes a pure translation to `origin` \[m\].
     pub fn at(origin: [f64; 3]) -> Self {
         Self::translation(origin.into())
     }
 
-    /// The columns of the rotation.
+    /// Returns the columns of the rotation matrix.
     pub fn columns(&self) -> [[f64; 3]; 3] {
         [0, 1, 2].map(|column| self.rotation.column(column).into_owned().into())
     }
 
-    /// The origin of `b` in `a` \[m\].
+    /// Returns the origin of `b` in `a` \[m\].
     pub fn origin(&self) -> [f64; 3] {
         self.translation.into()
     }
 
-    /// The coordinates in `a` of a point given in `b` \[m\].
+    /// Returns the coordinates in `a` of a point given in `b` \[m\].
     pub fn transform(&self, point: [f64; 3]) -> [f64; 3] {
         self.point(&point.into()).into()
     }
 
-    /// A pure translation \[m\].
+    /// Makes a pure translation \[m\].
     #[doc(hidden)]
     pub fn translation(translation: Vec3) -> Self {
         Self { rotation: Mat3::identity(), translation }
     }
 
-    /// From a position \[m\] and roll, pitch, yaw \[rad\] about the fixed axes x, y, z (the URDF
-    /// convention).
+    /// Makes a pose of a position \[m\] and roll, pitch, yaw \[rad\] about fixed axes x, y and z
+    /// (the URDF convention).
     pub fn from_xyz_rpy(xyz: [f64; 3], rpy: [f64; 3]) -> Self {
         let rotation = nalgebra::Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]).into_inner();
         Self { rotation, translation: Vec3::from(xyz) }
     }
 
-    /// `pose_a_c` from `pose_a_b` (self) and `pose_b_c`.
+    /// Composes `pose_a_b` (self) and `pose_b_c`, and returns `pose_a_c`.
     pub fn then(&self, other: &Pose) -> Pose {
         Pose {
             rotation: self.rotation * other.rotation,
@@ -106,19 +104,19 @@ impl Pose {
         }
     }
 
-    /// `pose_b_a` from `pose_a_b`.
+    /// Returns `pose_b_a`, the inverse of `pose_a_b`.
     pub fn inverse(&self) -> Pose {
         let rotation = self.rotation.transpose();
         Pose { rotation, translation: -(rotation * self.translation) }
     }
 
-    /// Coordinates in `a` of a point given in `b`.
+    /// Returns the coordinates in `a` of a point given in `b`.
     #[doc(hidden)]
     pub fn point(&self, point: &Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }
 
-    /// [`Pose::point`] of eight points at once, axis by axis.
+    /// Applies [`Pose::point`] to eight points at once, axis by axis.
     #[inline(always)]
     #[doc(hidden)]
     pub fn points(&self, points: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
@@ -132,33 +130,33 @@ impl Pose {
         mapped
     }
 
-    /// Coordinates in `b` of a point given in `a`.
+    /// Returns the coordinates in `b` of a point given in `a`.
     #[doc(hidden)]
     pub fn inverse_point(&self, point: &Vec3) -> Vec3 {
         self.rotation.tr_mul(&(point - self.translation))
     }
 
-    /// Coordinates in `a` of a direction given in `b`.
+    /// Returns the coordinates in `a` of a direction given in `b`.
     #[doc(hidden)]
     pub fn vector(&self, vector: &Vec3) -> Vec3 {
         self.rotation * vector
     }
 
-    /// Coordinates in `b` of a direction given in `a`.
+    /// Returns the coordinates in `b` of a direction given in `a`.
     #[doc(hidden)]
     pub fn inverse_vector(&self, vector: &Vec3) -> Vec3 {
         self.rotation.tr_mul(vector)
     }
 }
 
-/// Rotation by `angle` \[rad\] about a unit `axis` (Rodrigues' formula).
+/// Returns the rotation by `angle` \[rad\] about a unit `axis` (Rodrigues' formula).
 pub fn axis_rotation(axis: &Vec3, angle: f64) -> Mat3 {
     let (sin, cos) = elementary::sin_cos(angle);
     let cross = axis.cross_matrix();
     Mat3::identity() + cross * sin + cross * cross * (1.0 - cos)
 }
 
-/// Rotation matrix of a unit quaternion `[x, y, z, w]`.
+/// Returns the rotation matrix of a unit quaternion `[x, y, z, w]`.
 pub fn quaternion_matrix(q: &[f64]) -> Mat3 {
     let (x, y, z, w) = (q[0], q[1], q[2], q[3]);
     Mat3::new(
@@ -174,7 +172,7 @@ pub fn quaternion_matrix(q: &[f64]) -> Mat3 {
     )
 }
 
-/// Hamilton product of quaternions `[x, y, z, w]`.
+/// Returns the Hamilton product of quaternions `[x, y, z, w]`.
 pub fn quaternion_product(a: &[f64], b: &[f64]) -> [f64; 4] {
     [
         a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
@@ -184,7 +182,7 @@ pub fn quaternion_product(a: &[f64], b: &[f64]) -> [f64; 4] {
     ]
 }
 
-/// Unit quaternion `[x, y, z, w]` of a rotation vector \[rad\]: angle times axis.
+/// Returns the unit quaternion `[x, y, z, w]` of a rotation vector \[rad\]: angle times axis.
 pub fn quaternion_exp(v: &[f64]) -> [f64; 4] {
     let angle = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let (sine, cosine) = elementary::sin_cos(0.5 * angle);
@@ -192,7 +190,8 @@ pub fn quaternion_exp(v: &[f64]) -> [f64; 4] {
     [v[0] * scale, v[1] * scale, v[2] * scale, cosine]
 }
 
-/// Rotation vector \[rad\], of length in `[0, pi]`, that [`quaternion_exp`] maps to `q` or `-q`.
+/// Returns the rotation vector \[rad\], at most `pi` long, that [`quaternion_exp`] maps to `q` or
+/// `-q`.
 pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
     let sine = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]).sqrt();
     let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
@@ -200,7 +199,7 @@ pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
     [q[0] * scale * sign, q[1] * scale * sign, q[2] * scale * sign]
 }
 
-/// `angle` \[rad\] wrapped into `[-pi, pi)`.
+/// Wraps `angle` \[rad\] into `[-pi, pi)`.
 pub fn wrap_angle(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if (-PI..PI).contains(&angle) {
@@ -210,7 +209,7 @@ pub fn wrap_angle(angle: f64) -> f64 {
     if wrapped >= PI { -PI } else { wrapped }
 }
 
-/// `count` unit vectors, evenly spread (a Fibonacci lattice).
+/// Returns `count` evenly spread unit vectors (a Fibonacci lattice).
 ///
 /// # Source
 /// Á. González, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
@@ -266,7 +265,7 @@ mod tests {
             assert!((n.norm() - 1.0).abs() < 1e-12);
             let others = all.iter().enumerate().filter(|(l, _)| *l != k);
             let nearest = others.map(|(_, m)| n.angle(m)).fold(f64::INFINITY, f64::min);
-            // Of 64 equal caps each has an angle of about 0.5 across.
+            // Each of 64 caps of equal area is about 0.5 rad across.
             assert!((0.3..0.6).contains(&nearest), "{k}: {nearest}");
         }
     }

@@ -1,4 +1,4 @@
-//! Quadratic forms on small vectors, row major; of diagonal ones the diagonal alone.
+//! Quadratic forms on small vectors, row major. Diagonal forms store their diagonal alone.
 
 use super::linear_algebra::{cholesky, cholesky_solve, dot, forward_solve, transposed_solve};
 
@@ -7,7 +7,7 @@ use super::linear_algebra::{cholesky, cholesky_solve, dot, forward_solve, transp
 pub struct QuadraticForm {
     size: usize,
     is_diagonal: bool,
-    /// The diagonal, or all of `A`.
+    /// The diagonal of `A`, or all of it.
     entries: Vec<f64>,
 }
 
@@ -16,30 +16,30 @@ pub struct QuadraticForm {
 pub struct Factor {
     size: usize,
     is_diagonal: bool,
-    /// The inverse of the diagonal, or the lower triangle of `L`.
+    /// The inverse of the diagonal of `A`, or the lower triangle of `L`.
     entries: Vec<f64>,
 }
 
 impl QuadraticForm {
-    /// Begins anew with zeros; what is off a diagonal cannot be set.
+    /// Resets the form to zeros; a diagonal form has no other entries to set.
     pub fn reset(&mut self, size: usize, is_diagonal: bool) {
         (self.size, self.is_diagonal) = (size, is_diagonal);
         self.entries.clear();
         self.entries.resize(if is_diagonal { size } else { size * size }, 0.0);
     }
 
-    /// Becomes another one, in the memory that it has.
+    /// Copies another form into the memory of this one.
     pub fn copy_from(&mut self, other: &Self) {
         (self.size, self.is_diagonal) = (other.size, other.is_diagonal);
         self.entries.clone_from(&other.entries);
     }
 
-    /// The identity.
+    /// Returns the identity form `x' x`.
     pub fn identity(size: usize) -> Self {
         Self { size, is_diagonal: true, entries: vec![1.0; size] }
     }
 
-    /// A form of all its entries, row major, for tests.
+    /// Returns a form with all `entries`, row major.
     #[cfg(test)]
     pub fn dense(size: usize, entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len(), size * size);
@@ -51,17 +51,17 @@ impl QuadraticForm {
         self.size
     }
 
-    /// Whether only its diagonal is kept.
+    /// Returns whether only the diagonal is stored.
     pub fn is_diagonal(&self) -> bool {
         self.is_diagonal
     }
 
-    /// The diagonal, or all of it, row major.
+    /// Entries in row-major order, or the diagonal alone, for writing.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries
     }
 
-    /// The same to read.
+    /// Entries in row-major order, or the diagonal alone.
     pub fn entries(&self) -> &[f64] {
         &self.entries
     }
@@ -70,20 +70,19 @@ impl QuadraticForm {
         if self.is_diagonal { 1 } else { self.size + 1 }
     }
 
-    /// An entry of the diagonal.
+    /// Returns entry `at` of the diagonal.
     pub fn diagonal(&self, at: usize) -> f64 {
         self.entries[at * self.step()]
     }
 
-    /// Adds a share of the largest entry of the diagonal, which is `least` at least, to all of
-    /// them.
+    /// Adds `share` of the largest diagonal entry, at least of `least`, to the diagonal.
     pub fn damp(&mut self, share: f64, least: f64) {
         let step = self.step();
         let largest = self.entries.iter().step_by(step).copied().fold(0.0, f64::max).max(least);
         self.entries.iter_mut().step_by(step).for_each(|entry| *entry += share * largest);
     }
 
-    /// `a' A b`.
+    /// Returns `a' A b`.
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         if self.is_diagonal {
             return self.entries.iter().zip(a.iter().zip(b)).map(|(h, (a, b))| h * a * b).sum();
@@ -92,12 +91,12 @@ impl QuadraticForm {
         rows.map(|(row, a)| a * dot(row, &b[..self.size])).sum()
     }
 
-    /// The root of `a' A a`.
+    /// Returns `sqrt(a' A a)`.
     pub fn length(&self, a: &[f64]) -> f64 {
         self.product(a, a).max(0.0).sqrt()
     }
 
-    /// Replaces `factor` by that of the form.
+    /// Writes the Cholesky factor of the form to `factor`.
     pub fn factor(&self, factor: &mut Factor) {
         (factor.size, factor.is_diagonal) = (self.size, self.is_diagonal);
         factor.entries.clear();
@@ -111,17 +110,17 @@ impl QuadraticForm {
 }
 
 impl Factor {
-    /// Whether it is that of a diagonal form.
+    /// Returns whether the factored form is diagonal.
     pub fn is_diagonal(&self) -> bool {
         self.is_diagonal
     }
 
-    /// An entry of the inverse of a diagonal form.
+    /// Returns diagonal entry `at` of the inverse of a diagonal form.
     pub fn inverse(&self, at: usize) -> f64 {
         self.entries[at]
     }
 
-    /// `A^-1 x`, in place.
+    /// Replaces `x` by `A^-1 x`.
     #[inline(always)]
     pub fn solve(&self, x: &mut [f64]) {
         if self.is_diagonal {
@@ -131,7 +130,7 @@ impl Factor {
         }
     }
 
-    /// `L^-1 x`, in place.
+    /// Replaces `x` by `L^-1 x`.
     pub fn solve_lower(&self, x: &mut [f64]) {
         if self.is_diagonal {
             x.iter_mut().zip(&self.entries).for_each(|(x, inverse)| *x *= inverse.sqrt());
@@ -140,7 +139,7 @@ impl Factor {
         }
     }
 
-    /// `L'^-1 x`, in place.
+    /// Replaces `x` by `L'^-1 x`.
     pub fn solve_upper(&self, x: &mut [f64]) {
         if self.is_diagonal {
             self.solve_lower(x);
@@ -149,7 +148,7 @@ impl Factor {
         }
     }
 
-    /// Appends `L' x`.
+    /// Appends `L' x` to `out`.
     pub fn extend_upper(&self, x: &[f64], out: &mut Vec<f64>) {
         if self.is_diagonal {
             out.extend(x.iter().zip(&self.entries).map(|(x, inverse)| x / inverse.sqrt()));
@@ -164,7 +163,7 @@ impl Factor {
 mod tests {
     use super::*;
 
-    /// What a diagonal form and its factor say is what the same form says with all its entries.
+    /// A diagonal form and its factor give the same results as the dense form with zeros.
     #[test]
     fn a_diagonal_form_is_one_with_zeros_beside_it() {
         let weights = [0.5, 2.0, 7.0];

@@ -1,7 +1,6 @@
-//! Registers of `f32` and `f64` of whatever width the processor has, with operators; and masks of
-//! eight lanes.
+//! Vector registers of `f32` and `f64` with operators, and masks of eight lanes.
 //!
-//! A register is as wide as `S` makes it; eight lanes are gone through register by register.
+//! A register is as wide as the instruction set `S`, so eight lanes take one register or several.
 //! Products and sums are never fused, so that every processor gives the same bits.
 
 use std::ops::{Add, Mul, Sub};
@@ -10,11 +9,11 @@ use pulp::Simd;
 
 use super::LANES;
 
-/// The two kinds of registers differ in nothing but the names of the instructions.
+/// Defines a register type; the two types differ only in the names of the instructions.
 macro_rules! register {
     ($name:ident, $element:ty, $values:ident, $lanes:ident, $as_simd:ident, $as_mut_simd:ident,
      $splat:ident, $add:ident, $sub:ident, $mul:ident, $min:ident, $max:ident) => {
-        /// A register.
+        /// A vector register of the instruction set `S`.
         #[derive(Clone, Copy)]
         pub struct $name<S: Simd> {
             simd: S,
@@ -22,16 +21,16 @@ macro_rules! register {
         }
 
         impl<S: Simd> $name<S> {
-            /// Registers that hold eight lanes.
+            /// Number of registers that hold eight lanes.
             pub const COUNT: usize = LANES / S::$lanes;
 
-            /// The same value in all lanes.
+            /// Returns a register with the same value in all lanes.
             #[inline(always)]
             pub fn splat(simd: S, value: $element) -> Self {
                 Self { simd, values: simd.$splat(value) }
             }
 
-            /// Register number `at` of eight lanes.
+            /// Loads register number `at` of eight lanes.
             #[inline(always)]
             pub fn load(simd: S, lanes: &[$element; LANES], at: usize) -> Self {
                 Self { simd, values: S::$as_simd(lanes).0[at] }
@@ -43,13 +42,13 @@ macro_rules! register {
                 S::$as_mut_simd(lanes).0[at] = self.values;
             }
 
-            /// The lesser of each two.
+            /// Returns the minimum of each lane.
             #[inline(always)]
             pub fn min(self, other: Self) -> Self {
                 Self { values: self.simd.$min(self.values, other.values), ..self }
             }
 
-            /// The greater of each two.
+            /// Returns the maximum of each lane.
             #[inline(always)]
             pub fn max(self, other: Self) -> Self {
                 Self { values: self.simd.$max(self.values, other.values), ..self }
@@ -112,33 +111,33 @@ register!(
 );
 
 impl<S: Simd> F32s<S> {
-    /// Absolute values.
+    /// Returns the absolute value of each lane.
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self { values: self.simd.abs_f32s(self.values), ..self }
     }
 
-    /// Square roots.
+    /// Returns the square root of each lane.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
         Self { values: self.simd.sqrt_f32s(self.values), ..self }
     }
 }
 
-/// One bit a lane: where the sign is set.
+/// Returns a mask with one bit per lane, set if the sign of the lane is.
 #[inline(always)]
 pub fn negative(values: &[f32; LANES]) -> u32 {
     wide::f32x8::from(*values).to_bitmask()
 }
 
-/// The same for `f64`.
+/// Returns a mask with one bit per lane, set if the sign of the lane is.
 #[inline(always)]
 pub fn negative_f64(values: &[f64; LANES]) -> u32 {
     let [a, b, c, d, e, f, g, h] = *values;
     wide::f64x4::from([a, b, c, d]).to_bitmask() | wide::f64x4::from([e, f, g, h]).to_bitmask() << 4
 }
 
-/// The lanes of `mask`, ascending.
+/// Iterates over the lanes that are set in `mask`, ascending.
 #[inline(always)]
 pub fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

@@ -1,17 +1,17 @@
-//! What each tangent coordinate weighs, and whether several joints share it.
+//! Weights of the tangent coordinates, and whether several joints share one.
 
 use crate::scene::{Motion, Scene};
 
-/// What the joint metric's bound needs to know of a tangent coordinate.
+/// Weight and sharing of a tangent coordinate, for bounds under the joint metric.
 #[derive(Debug, Clone, Copy)]
 pub struct CoordinateUse {
-    /// Of its square in the joint metric; of a ball joint its first coordinate has it.
+    /// Weight of its square in the joint metric; a ball joint has it at its first coordinate.
     pub weight: f64,
-    /// Whether several frames move with it (mimic joints).
+    /// Whether several frames move with the coordinate (mimic joints).
     pub shared: bool,
 }
 
-/// One entry a tangent coordinate.
+/// Returns one entry per tangent coordinate.
 pub fn coordinate_uses(scene: &Scene) -> Vec<CoordinateUse> {
     let mut uses = vec![CoordinateUse { weight: 1.0, shared: false }; scene.space.nv()];
     scene.space.factors().iter().for_each(|f| uses[f.v].weight = f.weight);

@@ -1,8 +1,7 @@
-//! The points of each frame's geometry that can move farthest: vertices of convex hulls, balls and
-//! rims.
+//! Points of each frame's geometry that can move farthest: hull vertices, balls and rims.
 //!
-//! Between two poses the displacement is an affine function of the point, so its length is convex
-//! and attained at an extreme point of the geometry.
+//! The displacement between two poses is an affine function of the point. Its length is convex, so
+//! an extreme point of the geometry attains the maximum.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +14,7 @@ use crate::scene::{Part, Scene};
 /// Extreme points of every moving frame that carries geometry.
 #[derive(Debug, Clone, Default)]
 pub struct Extremes {
-    /// In the order of the scene's frames.
+    /// Extreme points by frame, in the order of the scene's frames.
     pub frames: Vec<FrameExtremes>,
 }
 
@@ -26,17 +25,17 @@ pub struct FrameExtremes {
     pub frame: usize,
     /// Vertices of the hull of all polyhedral parts.
     pub points: Vec<Vec3>,
-    /// Centres and radii.
+    /// Centre and radius of each ball \[m\].
     pub balls: Vec<(Vec3, f64)>,
-    /// Circles: centre and two orthogonal radii.
+    /// Centre and two orthogonal radii of each circle \[m\].
     pub circles: Vec<(Vec3, Vec3, Vec3)>,
-    /// A finite set that stands for all of them: exact for polyhedra, samples of balls and rims.
+    /// Finite set of points: all vertices of polyhedra, and samples of balls and rims.
     pub samples: Vec<Vec3>,
-    /// The same by eights, axis by axis; the last one fills up.
+    /// `samples` in blocks of eight, axis by axis; the last sample fills the last block up.
     pub(super) blocks: Vec<[[f64; LANES]; 3]>,
-    /// A ball around all of it: centre and radius.
+    /// Centre of a ball around all of the frame's geometry \[m\].
     pub centre: Vec3,
-    /// \[m\]
+    /// Radius of that ball \[m\].
     pub radius: f64,
 }
 
@@ -61,17 +60,17 @@ impl Extremes {
         Self { frames }
     }
 
-    /// Index of the frame with the point that moves farthest between two sets of poses; `None`
-    /// where nothing moves.
+    /// Returns the entry of `frames` with the point that moves farthest between two sets of poses;
+    /// `None` if no moving frame carries geometry.
     pub fn farthest_frame(&self, from: &[Pose], to: &[Pose]) -> Option<usize> {
         let moved = |f: &FrameExtremes| f.max_displacement(&from[f.frame], &to[f.frame]);
         (0..self.frames.len()).max_by(|a, b| moved(&self.frames[*a]).total_cmp(&moved(&self.frames[*b])))
     }
 
-    /// Largest displacement \[m\] of any moving point between two sets of frame poses.
+    /// Returns the largest displacement \[m\] of any point between two sets of frame poses.
     pub fn max_displacement(&self, from: &[Pose], to: &[Pose]) -> f64 {
         let mut worst = 0.0;
-        // Frames far from the base move most as a rule; the others then mostly need no look.
+        // Frames far from the base usually move most; the bound then rules most others out.
         for frame in self.frames.iter().rev() {
             let (from, to) = (&from[frame.frame], &to[frame.frame]);
             if frame.displacement_bound(from, to) > worst {
@@ -85,35 +84,34 @@ impl Extremes {
 /// A point that moves far between two sets of poses.
 #[derive(Debug, Clone, Copy)]
 pub struct FarPoint {
-    /// Index of its frame.
+    /// Index of the frame that carries the point.
     pub frame: usize,
-    /// Where it is then, in world coordinates \[m\].
+    /// Position after the motion, in world coordinates \[m\].
     pub now: Vec3,
-    /// By what it moved, and how far \[m\].
+    /// Displacement in world coordinates \[m\].
     pub moved: Vec3,
-    /// \[m\]
+    /// Length of the displacement \[m\].
     pub distance: f64,
 }
 
-/// Points that move far, and what finding them takes.
+/// Points that move far, and buffers for finding them.
 #[derive(Debug, Clone, Default)]
 pub struct FarPoints {
-    /// Farthest first within a frame.
+    /// The points by frame, farthest first within each.
     pub points: Vec<FarPoint>,
-    /// Of each sample of a frame, by eights \[m^2\].
+    /// Squared displacements of a frame's samples, in blocks of eight \[m^2\].
     squares: Vec<[f64; LANES]>,
     largest: Vec<f64>,
 }
 
-/// Points that move less than this share of the largest displacement do not count as far.
+/// Points that move less than this share of the largest displacement are not far.
 const FAR_SHARE: f64 = 0.8;
-/// Most far points of a frame.
-const MOST_POINTS: usize = 4;
-/// Points of one frame that are nearer to each other than this share of its size tell the same.
-const SAME_PLACE: f64 = 0.15;
+const MAX_POINTS_PER_FRAME: usize = 4;
+/// Two far points of a frame are at least this share of its radius apart; nearer ones move alike.
+const SEPARATION_SHARE: f64 = 0.15;
 
 impl Extremes {
-    /// The samples that move farthest, none near another of its frame.
+    /// Finds the samples that move farthest, no two of one frame near each other.
     pub fn farthest(&self, from: &[Pose], to: &[Pose], far: &mut FarPoints) {
         let FarPoints { points, squares, largest } = far;
         points.clear();
@@ -128,10 +126,10 @@ impl Extremes {
             let map = displacement(frame);
             squares.resize(frame.blocks.len(), [0.0; LANES]);
             all_lengths_squared(&map, &frame.blocks, squares);
-            let apart = (SAME_PLACE * frame.radius).powi(2);
-            // Nothing is near what is at infinity.
+            let apart = (SEPARATION_SHARE * frame.radius).powi(2);
+            // No sample is near a point at infinity, so this only finds the largest.
             let (mut at, mut square) = forget_near(&Vec3::repeat(f64::INFINITY), 0.0, &frame.blocks, squares);
-            for _ in 0..MOST_POINTS {
+            for _ in 0..MAX_POINTS_PER_FRAME {
                 if square < least {
                     break;
                 }
@@ -172,7 +170,7 @@ impl FrameExtremes {
             Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
                 self.points.extend(mesh.vertices.iter().map(|x| pose.point(x)));
             }
-            // Scenery does not move.
+            // All other shapes are scenery, which does not move.
             _ => {}
         }
     }
@@ -191,7 +189,7 @@ impl FrameExtremes {
         points
     }
 
-    /// Puts a ball around everything, and samples into blocks.
+    /// Computes the ball around all geometry, and the blocks of samples.
     fn bound(&mut self) {
         let block = |points: &[Vec3]| {
             let at = |axis: usize| std::array::from_fn(|lane| points[lane.min(points.len() - 1)][axis]);
@@ -207,8 +205,8 @@ impl FrameExtremes {
         self.radius = points.chain(balls).chain(circles).fold(0.0, f64::max);
     }
 
-    /// No point moves farther than this: the centre's displacement and what the turn adds at the
-    /// ball's rim.
+    /// Bounds the displacement of all points by that of the ball's centre plus the effect of the
+    /// rotation at the ball's surface.
     fn displacement_bound(&self, from: &Pose, to: &Pose) -> f64 {
         let turn = to.rotation - from.rotation;
         let shift = turn * self.centre + to.translation - from.translation;
@@ -230,7 +228,7 @@ impl FrameExtremes {
     }
 }
 
-/// Maps points in frame coordinates to their displacements.
+/// Returns the map from points in frame coordinates to their displacements; it is no rigid pose.
 fn displacement(from: &Pose, to: &Pose) -> Pose {
     Pose { rotation: to.rotation - from.rotation, translation: to.translation - from.translation }
 }
@@ -240,12 +238,12 @@ fn circle_point(centre: &Vec3, x: &Vec3, y: &Vec3, angle: f64) -> Vec3 {
     centre + x * cos + y * sin
 }
 
-/// Largest `|move_centre + turn y|^2` over `|y| = radius`, where `turn` is a difference of two
-/// rotations.
+/// Returns the largest `|move_centre + turn y|^2` over `|y| = radius` for a difference `turn` of
+/// two rotations.
 ///
 /// Such a difference maps the ball to a disc of radius `sigma r` in the plane normal to the axis of
-/// the relative rotation, with `turn turn' = sigma^2 (1 - n n')`; so the answer is the axial part
-/// plus (the planar part + the disc's radius).
+/// the relative rotation, with `turn turn' = sigma^2 (1 - n n')`. The maximum is therefore
+/// `axial^2 + (planar + sigma r)^2` with the axial and planar parts of `move_centre`.
 fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f64 {
     let sigma_squared = 0.5 * turn.norm_squared();
     if sigma_squared < 1e-30 {
@@ -256,7 +254,7 @@ fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f6
     axial_squared + (planar_squared.sqrt() + radius * sigma_squared.sqrt()).powi(2)
 }
 
-/// Squared lengths of what `map` makes of eight points.
+/// Maps eight points and returns the squared lengths of the results.
 #[inline(always)]
 fn lengths_squared(map: &Pose, block: &[[f64; LANES]; 3]) -> [f64; LANES] {
     let [x, y, z] = map.points(block);
@@ -267,7 +265,6 @@ fn lengths_squared(map: &Pose, block: &[[f64; LANES]; 3]) -> [f64; LANES] {
     squares
 }
 
-/// The same of all blocks.
 fn all_lengths_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]], squares: &mut [[f64; LANES]]) {
     vectorized(
         #[inline(always)]
@@ -279,7 +276,7 @@ fn all_lengths_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]], squares: &mut [
     );
 }
 
-/// The largest of them, 0 of none.
+/// Returns the largest squared length of the mapped points, 0 if there are none.
 fn largest_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]]) -> f64 {
     let largest = vectorized(
         #[inline(always)]
@@ -301,13 +298,13 @@ fn keep_larger(largest: &mut [f64; LANES], values: &[f64; LANES]) {
     }
 }
 
-/// Sets the squares of points within the root of `apart` of `point` to 0; the largest of the rest,
-/// and where it is, counted through.
+/// Zeroes the squares of points within `sqrt(apart)` of `point`. Returns the index of the largest
+/// remaining square over all blocks, and its value.
 fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: &mut [[f64; LANES]]) -> (usize, f64) {
     let (largest, at) = vectorized(
         #[inline(always)]
         || {
-            // The block of each lane's largest, as a number, to be chosen like one.
+            // The block of each lane's largest is an `f64`, so that both are selected alike.
             let (mut largest, mut at) = ([0.0; LANES], [0.0; LANES]);
             for (index, ([x, y, z], squares)) in blocks.iter().zip(squares).enumerate() {
                 for lane in 0..LANES {
@@ -328,24 +325,24 @@ fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: 
     (at[lane] as usize * LANES + lane, largest[lane])
 }
 
-/// Largest `|c + x cos t + y sin t|^2`, which has up to two peaks. Each of 16 angles that is no
-/// lower than its neighbours is climbed from by steps of Newton's method on the derivative, or
-/// uphill if those lead nowhere; each step is halved until it gains something.
+/// Returns the largest `|c + x cos t + y sin t|^2`, which has up to two peaks. Climbs from each of
+/// 16 angles that is no lower than its neighbours. A step is Newton's on the derivative, or uphill
+/// if that one is unusable, and is halved until it gains.
 fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
-    const BETWEEN: f64 = TAU / 16.0;
+    const ANGLE_STEP_RAD: f64 = TAU / 16.0;
     let value = |t: f64| circle_point(c, x, y, t).norm_squared();
-    let values: [f64; 16] = std::array::from_fn(|k| value(BETWEEN * k as f64));
+    let values: [f64; 16] = std::array::from_fn(|k| value(ANGLE_STEP_RAD * k as f64));
     let is_peak = |k: &usize| values[*k] >= values[(*k + 1) % 16] && values[*k] >= values[(*k + 15) % 16];
     let climb = |k: usize| {
-        let mut best = (BETWEEN * k as f64, values[k]);
+        let mut best = (ANGLE_STEP_RAD * k as f64, values[k]);
         for _ in 0..12 {
             let (sin, cos) = sin_cos(best.0);
             let (point, first) = (c + x * cos + y * sin, y * cos - x * sin);
             let slope = point.dot(&first);
             let curvature = first.norm_squared() - point.dot(&(x * cos + y * sin));
             let newton = -slope / curvature;
-            let is_uphill = curvature < 0.0 && newton.abs() < BETWEEN;
-            let step = if is_uphill { newton } else { BETWEEN.copysign(slope) };
+            let is_uphill = curvature < 0.0 && newton.abs() < ANGLE_STEP_RAD;
+            let step = if is_uphill { newton } else { ANGLE_STEP_RAD.copysign(slope) };
             let mut steps = (0..24).map(|halvings| best.0 + step * 0.5_f64.powi(halvings));
             let Some(t) = steps.find(|t| value(*t) > best.1) else { break };
             best = (t, value(t));
@@ -359,7 +356,7 @@ fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
 mod circle_tests {
     use super::*;
 
-    /// Two peaks that are nearly as high, and every kind of circle.
+    /// Small displacements of the centre give two peaks of nearly the same height.
     #[test]
     fn no_point_of_a_circle_moves_farther() {
         for case in 0..2000 {

@@ -1,21 +1,20 @@
-//! Sums over the moving volume: how its squared displacement grows with a step, which is what an
-//! inertia tells of a velocity.
+//! Growth of the moving volume's squared displacement with a step. The sums are those of rigid-body
+//! inertia.
 
 use super::solids::{FrameSolid, Solids};
 use crate::kinematics::{Twist, Twists, Wrench};
 use crate::math::{Mat3, Pose, Vec3};
 use crate::scene::Scene;
 
-/// What is fixed to a frame and to those that it carries.
+/// Sums over everything that a frame and its descendants carry.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carried {
     /// Share of the moving volume.
     mass: f64,
-    /// The volume's first and second moments about the world's origin, per moving volume \[m,
-    /// m^2\].
+    /// First and second moments about the world's origin, per moving volume \[m, m^2\].
     first: Vec3,
     second: Mat3,
-    /// What pulls it toward where it came from: the gradient of half the squared displacement.
+    /// Gradient of half the squared displacement, as a wrench about the world's origin.
     pull: Wrench,
 }
 
@@ -26,15 +25,14 @@ impl Default for Carried {
 }
 
 impl Carried {
-    /// Of one frame alone, in world axes; `from` is its part of the embedding of where it came
-    /// from.
+    /// Sums over one frame alone, in world axes; `from` is its part of the anchor's embedding.
     fn new(solid: &FrameSolid, pose: &Pose, from: &[f64]) -> Self {
         let scale = solid.share.sqrt();
         let (center, arms) = (pose.point(&solid.centroid), pose.rotation * solid.root);
         let mut pull = Wrench::at(&center, (center * scale - Vec3::from_column_slice(&from[..3])) * scale);
         for (k, before) in from[3..12].chunks_exact(3).enumerate() {
-            // An arm is a couple of points: forces on it have a moment only. Its own part, arm x
-            // arm, is zero.
+            // An arm is a difference of two points, so forces on it have a moment only. The force
+            // of its present value drops out, as arm x arm is zero.
             pull.moment -= arms.column(k).cross(&Vec3::from_column_slice(before)) * scale;
         }
         let second = (arms * arms.transpose() + center * center.transpose()) * solid.share;
@@ -48,8 +46,8 @@ impl Carried {
         self.pull += &other.pull;
     }
 
-    /// Of the velocity `twist`: its power on another velocity is what both together add to the
-    /// squared displacement, halved.
+    /// Returns the momentum of the velocity `twist`: its power at another velocity is the tensor's
+    /// entry for the two.
     fn momentum(&self, twist: &Twist) -> Wrench {
         let force = twist.slide * self.mass + twist.turn.cross(&self.first);
         let moment = twist.turn * self.second.trace() - self.second * twist.turn + self.first.cross(&twist.slide);
@@ -57,25 +55,23 @@ impl Carried {
     }
 }
 
-/// What the sums are added to, and what they are made with.
+/// Outputs of the sums, and what they are computed from.
 pub(super) struct Sums<'a> {
-    /// `nv x nv`, row major.
+    /// `nv x nv` entries, row major.
     pub tensor: &'a mut [f64],
-    /// Of `nv` tangent coordinates.
     pub slope: &'a mut [f64],
-    /// How the frames move.
     pub twists: &'a Twists,
-    /// Memory, a frame each.
+    /// Scratch with one entry per frame.
     pub carried: &'a mut Vec<Carried>,
 }
 
-/// The tensor (`nv x nv`) and the slope of half the squared object norm between the configuration
-/// with frame poses `poses` and one that is embedded as `from`, added to those of `out`: Gauss and
-/// Newton's, exact where it came from.
+/// Adds the tensor and the slope of half the squared object norm to `out`, between the
+/// configuration with frame poses `poses` and one whose embedding is `from`. The tensor is
+/// Gauss-Newton's, exact if the two coincide.
 ///
 /// # Source
 /// R. Featherstone, *Rigid Body Dynamics Algorithms* (2008), section 6.2: the composite rigid body
-/// algorithm, which joins what each joint carries before it multiplies. The tensor is the mass
+/// algorithm, which sums what each joint carries before it multiplies. The tensor is the mass
 /// matrix of the moving volume.
 pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], from: &[f64], out: Sums) {
     let nv = scene.space.nv();
@@ -107,14 +103,14 @@ pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], 
     }
 }
 
-/// See [`super::Metric::levers`].
+/// Computes [`super::Metric::levers`] at frame poses `poses`.
 pub(super) fn levers(scene: &Scene, solids: &Solids, poses: &[Pose]) -> Vec<f64> {
     let (nv, mut twists) = (scene.space.nv(), Twists::default());
     twists.set(scene, poses);
     let (mut squares, mut shares) = (vec![0.0; nv], vec![0.0; nv]);
     for solid in &solids.frames {
         let pose = &poses[solid.frame];
-        // A cloud of six points with the volume's moments.
+        // Six points have the same first and second moments as the volume.
         let (center, arms) = (pose.point(&solid.centroid), pose.rotation * solid.root * 3.0_f64.sqrt());
         let mut moved = vec![Vec::new(); nv];
         let mut frame = solid.frame;
@@ -145,8 +141,8 @@ mod tests {
     use crate::scene::{MetricKind, builtin};
     use std::sync::Arc;
 
-    /// The embedding's Jacobian, row by row, squared: a slow twin. Mimic joints, which move two
-    /// frames by one coordinate, are the hand's.
+    /// Slow twin: squares the embedding's Jacobian row by row. The hand has mimic joints, which
+    /// move two frames by one coordinate.
     #[test]
     fn equals_the_square_of_the_embeddings_jacobian() {
         for name in builtin::NAMES {

@@ -1,8 +1,7 @@
 //! Distances between configurations, each with an embedding that never exceeds it.
 //!
 //! Every metric `d` comes with `phi: C -> R^m` such that `|phi(q) - phi(q')| <= d(q, q')`: a
-//! Euclidean index over `phi` plus re-ranking is exact under `d`. Not here: searching (`boundary`),
-//! collision.
+//! Euclidean index over `phi` plus re-ranking is exact under `d`. The index itself is in `samples`.
 
 mod coordinate_use;
 pub mod extremes;
@@ -43,18 +42,18 @@ pub struct Metric {
     lever: f64,
 }
 
-/// A configuration with what repeated distances from it reuse. Made by [`Metric::anchor`].
+/// A configuration and the data that repeated distances from it share; [`Metric::anchor`] makes it.
 #[derive(Debug, Clone, Default)]
 pub struct Anchor {
-    /// The configuration.
+    /// Configuration from which distances are measured.
     pub q: Vec<f64>,
-    /// The poses of the frames there.
+    /// Frame poses at `q`.
     #[doc(hidden)]
     pub poses: Vec<Pose>,
     embedding: Vec<f64>,
 }
 
-/// Memory that distances reuse.
+/// Buffers that distance evaluations reuse.
 #[derive(Debug, Clone, Default)]
 pub struct MetricScratch {
     poses: Vec<Pose>,
@@ -68,13 +67,13 @@ impl fmt::Debug for Metric {
 }
 
 impl Metric {
-    /// The metric that `scene` names.
+    /// Makes the metric that `scene` names.
     pub fn new(scene: Arc<Scene>) -> Self {
         let kind = scene.metric;
         Self::of_kind(scene, kind)
     }
 
-    /// A metric of the given kind over `scene`, whatever the scene names.
+    /// Makes a metric of the given kind over `scene`, whatever kind the scene names.
     pub fn of_kind(scene: Arc<Scene>, kind: MetricKind) -> Self {
         let extremes = Extremes::new(&scene);
         let solids = match kind {
@@ -87,8 +86,8 @@ impl Metric {
         metric
     }
 
-    /// Whether it is the metric of `scene` too: coordinates, frames and all that moves are the
-    /// same.
+    /// Returns whether this is also the metric of `scene`: same kind, coordinates, frames and
+    /// moving bodies.
     #[doc(hidden)]
     pub fn is_of(&self, scene: &Scene) -> bool {
         let own = &*self.scene;
@@ -96,12 +95,12 @@ impl Metric {
         is_of_joints && own.moving_bodies().eq(scene.moving_bodies())
     }
 
-    /// Its kind.
+    /// Returns the kind of distance.
     pub fn kind(&self) -> MetricKind {
         self.kind
     }
 
-    /// Moving frames with their volume moments.
+    /// Returns the moving frames with the moments of their geometry.
     #[doc(hidden)]
     pub fn solids(&self) -> &Solids {
         &self.solids
@@ -119,12 +118,12 @@ impl Metric {
         &self.extremes
     }
 
-    /// Number of coordinates of the embedding, at least one.
+    /// Returns the number of coordinates of the embedding, at least one.
     #[doc(hidden)]
     pub fn embedding_len(&self) -> usize {
         match self.kind {
             MetricKind::Joint => self.scene.space.factors().iter().map(|f| chord_len(&f.manifold)).sum(),
-            // Where nothing moves that has a volume, one that stays 0.
+            // If no frame moves geometry, one coordinate remains that `embed` leaves as it is.
             MetricKind::ObjectNorm | MetricKind::MaxDisplacement => (12 * self.solids.frames.len()).max(1),
         }
     }
@@ -156,8 +155,8 @@ impl Metric {
                     out[at + 1] = scale * sin;
                 }
                 Manifold::Rotation => {
-                    // |R - R'| in the Frobenius norm is 2 sqrt(2) sin(angle / 2); divided by
-                    // sqrt(2) it is a chord.
+                    // |R - R'| in the Frobenius norm is 2 sqrt(2) sin(angle / 2). Divided by
+                    // sqrt(2) it is a chord, no longer than the angle.
                     let rotation = crate::math::quaternion_matrix(&q[factor.q..factor.q + 4]);
                     for (slot, x) in out[at..at + 9].iter_mut().zip(rotation.iter()) {
                         *slot = scale * std::f64::consts::FRAC_1_SQRT_2 * x;
@@ -168,29 +167,28 @@ impl Metric {
         }
     }
 
-    /// Whether the distance between two embeddings is the metric's, not only at most that: joints
-    /// that all have limits.
+    /// Returns whether the joint metric equals the distance between embeddings: every joint is an
+    /// interval. It is `false` for all other metrics.
     #[doc(hidden)]
     pub fn embedding_is_exact(&self) -> bool {
         let is_interval = |factor: &Factor| matches!(factor.manifold, Manifold::Interval { .. });
         self.kind == MetricKind::Joint && self.scene.space.factors().iter().all(is_interval)
     }
 
-    /// A length of the order of the largest distance between any two configurations, in metric
-    /// units.
+    /// Returns the largest distance between two configurations, or an estimate, in metric units.
     pub fn diameter(&self) -> f64 {
         self.diameter
     }
 
-    /// Largest displacement of a point \[m\] that a small step of length 1 (metric units) typically
-    /// causes.
+    /// Returns the largest displacement of any point per metric unit \[m\], as measured over short
+    /// steps between sampled configurations.
     #[doc(hidden)]
     pub fn lever(&self) -> f64 {
         self.lever
     }
 
-    /// How far each tangent coordinate moves what it carries at `q`, root mean square over its
-    /// volume [m per rad, or 1]; 0 where it carries nothing.
+    /// Returns the root mean square displacement at `q` of what each tangent coordinate carries
+    /// [m per rad, or 1]. It is 0 for a coordinate that carries nothing.
     #[doc(hidden)]
     pub fn levers(&self, q: &[f64]) -> Vec<f64> {
         let mut poses = Vec::new();
@@ -207,7 +205,6 @@ impl Metric {
         }
     }
 
-    /// The largest ratio among some short random steps.
     fn measure_lever(&self) -> f64 {
         let mut anchor = Anchor::default();
         let mut scratch = MetricScratch::default();
@@ -227,7 +224,7 @@ impl Metric {
         self.finish_anchor(q, anchor);
     }
 
-    /// The same where the poses of the frames at `q` are known.
+    /// Prepares repeated distances from `q`, given the frame poses there.
     #[doc(hidden)]
     pub fn anchor_at(&self, q: &[f64], poses: &[Pose], anchor: &mut Anchor) {
         anchor.poses.clear();
@@ -244,7 +241,7 @@ impl Metric {
         }
     }
 
-    /// Distance from the anchor to `q`, in metric units.
+    /// Returns the distance from the anchor to `q`, in metric units.
     pub fn distance_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         match self.kind {
             MetricKind::Joint => self.scene.space.distance(&anchor.q, q),
@@ -258,28 +255,28 @@ impl Metric {
         }
     }
 
-    /// Distance between two configurations, in metric units.
+    /// Returns the distance between two configurations, in metric units.
     pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         let mut anchor = Anchor::default();
         self.anchor(a, &mut anchor);
         self.distance_from(&anchor, b, &mut MetricScratch::default())
     }
 
-    /// Largest displacement \[m\] of any point of the moving geometry between the anchor and `q`,
-    /// whatever the metric.
+    /// Returns the largest displacement \[m\] of any point of the moving geometry between the
+    /// anchor and `q`, whatever the metric.
     pub fn max_displacement_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         forward(&self.scene, q, &mut scratch.poses);
         self.max_displacement_at(anchor, &scratch.poses)
     }
 
-    /// The same, to a configuration with frame poses `poses`.
+    /// Returns the largest displacement \[m\] between the anchor and frame poses `poses`.
     #[doc(hidden)]
     pub fn max_displacement_at(&self, anchor: &Anchor, poses: &[Pose]) -> f64 {
         self.extremes.max_displacement(&anchor.poses, poses)
     }
 }
 
-/// A few pairs of low-discrepancy configurations.
+/// Returns pairs of configurations from a Halton sequence, the same on every call.
 fn sampled_pairs(scene: &Scene) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> + use<'_> {
     let space = &scene.space;
     let halton = Halton::new(space.nv(), 0);
@@ -291,8 +288,8 @@ fn sampled_pairs(scene: &Scene) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> + 
     })
 }
 
-/// The measure whose mean square displacement comes near the largest one: each frame weighs as
-/// often as it holds the farthest point between random configurations, near and far.
+/// Weights each frame by how often it holds the farthest point between sampled configurations, near
+/// and far, so that the mean square displacement comes close to the largest one.
 fn far_points(scene: &Scene, extremes: &Extremes) -> Solids {
     let mut counts = vec![0.0; extremes.frames.len()];
     let (mut from, mut to) = (Vec::new(), Vec::new());
@@ -307,7 +304,7 @@ fn far_points(scene: &Scene, extremes: &Extremes) -> Solids {
             }
         }
     }
-    // Every frame keeps some weight: what moves only frames near the base must count too.
+    // Every frame keeps some weight, so that motions of frames near the base alone count too.
     let rest = 0.05 * counts.iter().sum::<f64>() / counts.len().max(1) as f64;
     Solids::of_points(extremes.frames.iter().zip(counts).map(|(f, n)| (f.frame, n + rest, f.samples.as_slice())))
 }

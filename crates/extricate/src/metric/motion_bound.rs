@@ -1,5 +1,5 @@
-//! How far a point can move while the configuration moves by a given distance: what turns lengths
-//! into proofs.
+//! Bounds on how far a point can move while the configuration moves by a given distance. Proofs of
+//! lower bounds and free radii rest on them.
 
 use super::Metric;
 use super::coordinate_use::CoordinateUse;
@@ -7,18 +7,17 @@ use crate::math::elementary::hypot;
 use crate::math::{LANES, Mat3, Pose, Vec3};
 use crate::scene::{MetricKind, Motion, Scene};
 
-/// Bounds for points of one frame seen from another, prepared in two steps:
-/// [`Metric::motion_between`] for the frames, then [`Metric::motion_of`] for a point. Memory is
-/// reused.
+/// Motion bounds for points of one frame seen from another, prepared in two steps:
+/// [`Metric::motion_between`] for the frames, then [`Metric::motion_of`] for a point.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPath {
     of: usize,
     relative_to: usize,
-    /// Of the joint metric: from the point outward.
+    /// Joints between the frames, from the point outward; empty unless the metric is `joint`.
     steps: Vec<Step>,
-    /// Of the other metrics: displacement for each unit of distance; of the joint metric 0.
+    /// Displacement \[m\] per metric unit; 0 for the joint metric.
     rate: f64,
-    /// By coordinate, of those that several joints share.
+    /// Sum of the reaches of the joints that share a coordinate, by coordinate.
     reach: Vec<f64>,
     frames: Vec<usize>,
 }
@@ -27,21 +26,21 @@ pub struct MotionPath {
 #[derive(Debug, Clone, Copy)]
 struct Step {
     kind: StepKind,
-    /// World coordinates: a point of the axis \[m\] and its direction.
+    /// Point of the axis \[m\], in world coordinates like `axis`.
     origin: Vec3,
     axis: Vec3,
     multiplier: f64,
-    /// One over the weight of the coordinate.
+    /// `1 / weight` of the coordinate in the joint metric.
     per_weight: f64,
-    /// The coordinate, where several joints move with it.
+    /// The coordinate, if several joints move with it.
     shared: Option<usize>,
-    /// Displacement of the point \[m\] for each rad or m, with what is nearer to it at rest.
+    /// Displacement \[m\] of the point per rad or m while the joints nearer to it rest.
     lever: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum StepKind {
-    /// With the part of its squared displacement per squared distance that counts, see
+    /// Slide with its share of the squared displacement per squared distance, see
     /// [`OrthogonalSlides`].
     Slide(f64),
     SharedSlide,
@@ -50,20 +49,19 @@ enum StepKind {
 }
 
 impl Metric {
-    /// Upper bound \[m\] on the displacement of a point, fixed to frame `of` and seen from frame
-    /// `relative_to` (0: the world), between a configuration with frame poses `poses` and any other
-    /// within `distance` (metric units) of it.
+    /// Upper bound \[m\] on the displacement of a point fixed to frame `of`, seen from frame
+    /// `relative_to` (0: the world), if the configuration moves by at most `distance` (metric
+    /// units). `poses` are the frame poses at the present configuration.
     ///
     /// # Guarantee
     /// Proved for every such configuration; grows with `distance`.
     ///
-    /// Joint metric: the joints between the two frames are walked outward from the point. A joint
-    /// that turns by `delta` moves the point by at most `reach * delta`, where `reach` is the
-    /// present distance of the point from the axis plus what the joints nearer to the point can
-    /// have moved it by; Cauchy and Schwarz sum them up. Object norm: see
-    /// [`super::solids::FrameSolid::motion_factor`]; for two moving frames the squares add, since
-    /// their shares of the volume do. Largest displacement: one per moving frame where the point
-    /// lies in its hull (`inside`), otherwise as the object norm.
+    /// Joint metric: walks the joints between the two frames outward from the point. A joint that
+    /// turns by `delta` moves the point by at most `reach * delta`. `reach` is the present distance
+    /// of the point from the axis plus the displacement by the joints nearer to the point.
+    /// Cauchy-Schwarz sums these terms. Object norm: [`super::solids::FrameSolid::motion_factor`];
+    /// the squares for two moving frames add, since their shares of the volume do. Largest
+    /// displacement: 1 per moving frame whose hull holds the point, else the object norm's factor.
     #[doc(hidden)]
     pub fn motion_bound(&self, poses: &[Pose], point: &BoundedPoint, distance: f64, path: &mut MotionPath) -> f64 {
         self.motion_between(poses, point.of, point.relative_to, path);
@@ -71,7 +69,7 @@ impl Metric {
         path.bound(distance)
     }
 
-    /// Prepares for points of frame `of`, seen from `relative_to`.
+    /// Prepares `path` for points of frame `of`, seen from `relative_to`.
     #[doc(hidden)]
     pub fn motion_between(&self, poses: &[Pose], of: usize, relative_to: usize, path: &mut MotionPath) {
         (path.of, path.relative_to) = (of, relative_to);
@@ -82,7 +80,7 @@ impl Metric {
         }
     }
 
-    /// Prepares for one of them; its frames have to be those that the path was prepared for.
+    /// Prepares `path` for one point; [`Metric::motion_between`] has to have prepared its frames.
     #[doc(hidden)]
     pub fn motion_of(&self, poses: &[Pose], point: &BoundedPoint, path: &mut MotionPath) {
         debug_assert_eq!((point.of, point.relative_to), (path.of, path.relative_to));
@@ -93,8 +91,8 @@ impl Metric {
         }
     }
 
-    /// `sqrt` of the sum of squared factors for the object norm; their sum for the largest
-    /// displacement, where a frame whose hull holds the point counts 1.
+    /// Displacement \[m\] per metric unit: the root of the sum of both frames' squared factors, or
+    /// for the largest displacement (`largest`) their sum, with 1 for a hull that holds the point.
     fn factor(&self, poses: &[Pose], point: &BoundedPoint, largest: bool) -> f64 {
         let of_frame = |frame: usize, inside: bool| {
             if frame == 0 {
@@ -118,13 +116,13 @@ impl Metric {
 pub struct BoundedPoint {
     /// World coordinates \[m\] at the present configuration.
     pub position: Vec3,
-    /// The frame that it is fixed to.
+    /// Index of the frame that carries the point.
     pub of: usize,
-    /// The frame from which it is seen; 0 for the world.
+    /// Index of the frame from which the point is seen; 0 for the world.
     pub relative_to: usize,
-    /// Whether it lies in the convex hull of what `of` carries.
+    /// Whether the point lies in the convex hull of the geometry that `of` carries.
     pub inside_of: bool,
-    /// Whether it lies in the convex hull of what `relative_to` carries.
+    /// Whether the point lies in the convex hull of the geometry that `relative_to` carries.
     pub inside_relative_to: bool,
 }
 
@@ -163,15 +161,14 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 }
 
 impl MotionPath {
-    /// What the joints do to the points of the path's frame by themselves, without what they do to
-    /// each other's levers; nothing for other metrics than the joint metric.
+    /// Returns the sum of the joints' squared levers as a form of the point: a lower bound on the
+    /// squared rate of [`MotionPath::bound`], and 0 for other metrics than the joint metric.
     #[doc(hidden)]
     pub fn levers(&self) -> Levers {
         let mut levers = Levers { squared: Mat3::zeros(), linear: Vec3::zeros(), constant: 0.0 };
         for step in &self.steps {
             let square = step.multiplier * step.multiplier * step.per_weight;
-            // The squared length of what this leaves of an arm is the squared distance from the
-            // axis.
+            // This projects an arm to its part across the axis, whose length is the lever.
             let across = match step.kind {
                 StepKind::Slide(_) => continue,
                 StepKind::SharedSlide => {
@@ -200,22 +197,21 @@ impl MotionPath {
         }
     }
 
-    /// The factor of distances where bounds are proportional to them, as under the metrics of
-    /// displacement.
+    /// Returns the ratio of bound to distance if it is constant; `None` for joints under `joint`.
     pub fn factor(&self) -> Option<f64> {
         self.steps.is_empty().then_some(self.rate)
     }
 
-    /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see
-    /// [`Metric::motion_bound`].
+    /// Returns an upper bound \[m\] on the displacement of the point within `distance` (metric
+    /// units), see [`Metric::motion_bound`].
     ///
     /// # Guarantee
-    /// Grows with `distance` from 0 and is convex: `distance` times the norm of terms that are not
-    /// negative, grow and are convex themselves.
+    /// The bound grows with `distance` from 0 and is convex: it is `distance` times a norm of terms
+    /// that are nonnegative, increasing and convex.
     pub fn bound(&mut self, distance: f64) -> f64 {
         let Self { steps, reach, .. } = self;
         steps.iter().filter_map(|step| step.shared).for_each(|v| reach[v] = 0.0);
-        // Squared displacement per squared distance of the joints walked so far.
+        // Squared displacement per squared distance by the joints so far.
         let mut squared: f64 = 0.0;
         for step in steps.iter() {
             let far = match step.kind {
@@ -239,8 +235,8 @@ impl MotionPath {
     }
 }
 
-/// The sum of squared levers as a quadratic form of the point's position: many points of one frame
-/// cost little more than one.
+/// The sum of squared levers as a form `p' A p - 2 b' p + c` of the point `p`, so that many points
+/// of one frame cost little more than one.
 #[derive(Debug, Clone, Copy)]
 pub struct Levers {
     squared: Mat3,
@@ -249,8 +245,8 @@ pub struct Levers {
 }
 
 impl Levers {
-    /// The squares of rates \[m per metric unit\], at least 0: [`MotionPath::bound`] of the points
-    /// at `positions` (world \[m\], axis by axis) grows at least so fast.
+    /// Returns the squared rates \[m per metric unit\], at least 0, of points at `positions` (world
+    /// \[m\], axis by axis). [`MotionPath::bound`] grows at least that fast.
     #[inline(always)]
     pub fn squared_rates(&self, positions: &[[f64; LANES]; 3]) -> [f64; LANES] {
         let (a, b) = (&self.squared, &self.linear);
@@ -263,8 +259,8 @@ impl Levers {
                 + a[(2, 2)] * z * z
                 + 2.0 * (a[(0, 1)] * x * y + a[(0, 2)] * x * z + a[(1, 2)] * y * z);
             let linear = 2.0 * (b.x * x + b.y * y + b.z * z);
-            // Near an axis they cancel: what rounding can have added is taken away.
-            let rounding = ROUNDING * (square + linear.abs() + self.constant);
+            // Near an axis the terms cancel, so the largest rounding error is subtracted.
+            let rounding = ROUNDING_SHARE * (square + linear.abs() + self.constant);
             let left = square - linear + self.constant - rounding;
             *rate = if left > 0.0 { left } else { 0.0 };
         }
@@ -272,12 +268,11 @@ impl Levers {
     }
 }
 
-/// Of a few dozen operations, relative to the terms.
-const ROUNDING: f64 = 1e-14;
+/// Rounding error of a few dozen operations, as a share of the sum of the terms' magnitudes.
+const ROUNDING_SHARE: f64 = 1e-14;
 
-/// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their
-/// displacements are the legs of a right angle, so together they count as much as the one that
-/// counts most.
+/// Consecutive prismatic joints along orthogonal axes, without a rotating joint between them. Their
+/// displacements are orthogonal, so together they add only the largest `multiplier^2 / weight`.
 #[derive(Default)]
 struct OrthogonalSlides {
     axes: [Vec3; 3],
@@ -286,7 +281,7 @@ struct OrthogonalSlides {
 }
 
 impl OrthogonalSlides {
-    /// Adds a slide along `axis`; returns by how much the sum of squares grows.
+    /// Adds a slide along `axis`, and returns the growth of the squared displacement.
     fn add(&mut self, axis: &Vec3, square: f64) -> f64 {
         if self.count == 3 || self.axes[..self.count].iter().any(|other| other.dot(axis).abs() > 1e-12) {
             *self = Self::default();
@@ -299,8 +294,8 @@ impl OrthogonalSlides {
     }
 }
 
-/// Frames whose joints lie between `of` and `relative_to`, from `of` up to the common ancestor and
-/// down to the other.
+/// Writes the frames whose joints lie between `of` and `relative_to` to `path`, from `of` up to the
+/// common ancestor and down to the other.
 fn chain(scene: &Scene, of: usize, relative_to: usize, path: &mut Vec<usize>) {
     path.clear();
     let (mut a, mut b) = (of, relative_to);

@@ -8,23 +8,23 @@ use crate::math::Pose;
 use crate::math::quadratic_form::QuadraticForm;
 use crate::scene::MetricKind;
 
-/// `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const  subject to  R u >= r`, where `u` is `t`
-/// (tangent coordinates at `x`), for the largest displacement followed by one more unknown: that
-/// displacement itself.
+/// The model `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const`, subject to `R u >= r`. Here `u`
+/// is `t`, in tangent coordinates at `x`. For the largest displacement, that displacement follows
+/// as one more unknown.
 #[derive(Debug, Clone, Default)]
 pub struct Quadratic {
-    /// Length of `u`.
+    /// Length of the vector `u`.
     pub unknowns: usize,
-    /// Over the unknowns; diagonal for the joint metric.
+    /// `H`, over the unknowns; diagonal for the joint metric.
     pub hessian: QuadraticForm,
-    /// `unknowns`.
+    /// `g`, of length `unknowns`.
     pub gradient: Vec<f64>,
-    /// `R`, row major; empty but for the largest displacement.
+    /// `R`, row major; empty unless the metric is the largest displacement.
     pub rows: Vec<f64>,
-    /// `r`.
+    /// `r`, one entry per row.
     pub bounds: Vec<f64>,
-    /// The metric's own tensor (of the object norm, for the largest displacement), over tangent
-    /// coordinates.
+    /// Damped tensor of the metric over tangent coordinates; for the largest displacement, that of
+    /// its embedding.
     pub tensor: QuadraticForm,
     slope: Vec<f64>,
     twists: Twists,
@@ -32,19 +32,20 @@ pub struct Quadratic {
     far: FarPoints,
 }
 
-/// Relative damping that keeps the tensor positive definite where a coordinate moves nothing.
-const DAMPING: f64 = 1e-6;
+/// Share of the largest diagonal entry that is added to the tensor's diagonal. It keeps the tensor
+/// positive definite if a coordinate moves nothing.
+const DAMPING_SHARE: f64 = 1e-6;
 
-/// Weight of the tensor beside the largest displacement, whose own model is linear: a proximal
-/// term, which also stands for the curvature that the linear model lacks.
-const PROXIMAL: f64 = 0.05;
+/// Weight of the tensor in the model of the largest displacement. This proximal term replaces the
+/// curvature that the linearised rows lack.
+const PROXIMAL_WEIGHT: f64 = 0.05;
 
 impl Metric {
     /// Models half the squared distance from `anchor` around `x`, whose frame poses are `poses`.
     ///
-    /// Exact to second order for the joint metric without rotations; a Gauss-Newton model for the
-    /// object norm; for the largest displacement `s`, half of `s^2` with one linearised row `s >=
-    /// |displacement|` for each of the points that move farthest.
+    /// For the joint metric without rotations the model is exact to second order, for the object
+    /// norm it is Gauss-Newton's. For the largest displacement `s` it is half of `s^2`, with one
+    /// linearised row `s >= |displacement|` for each of the points that move farthest.
     #[doc(hidden)]
     pub fn quadratic_model(&self, anchor: &Anchor, x: &[f64], poses: &[Pose], out: &mut Quadratic) {
         let nv = self.scene().space.nv();
@@ -63,7 +64,7 @@ impl Metric {
                 object_norm_model(self.scene(), self.solids(), poses, &anchor.embedding, sums);
             }
         }
-        out.tensor.damp(DAMPING, 1e-12);
+        out.tensor.damp(DAMPING_SHARE, 1e-12);
         if out.tensor.is_diagonal() {
             out.unknowns = nv;
             out.hessian.copy_from(&out.tensor);
@@ -76,7 +77,7 @@ impl Metric {
         out.hessian.reset(unknowns, false);
         out.gradient.clear();
         out.gradient.resize(unknowns, 0.0);
-        let (weight, slope) = if extra == 1 { (PROXIMAL, 0.0) } else { (1.0, 1.0) };
+        let (weight, slope) = if extra == 1 { (PROXIMAL_WEIGHT, 0.0) } else { (1.0, 1.0) };
         let hessian = out.hessian.entries_mut();
         for i in 0..nv {
             out.gradient[i] = slope * out.slope[i];
@@ -90,8 +91,8 @@ impl Metric {
         }
     }
 
-    /// Gradient over the tangent coordinates at `x` of half the squared distance from `anchor`, for
-    /// the joint metric: as [`Metric::quadratic_model`] has it.
+    /// Writes the gradient of half the squared joint metric from `anchor`, over the tangent
+    /// coordinates at `x`: the same as that of [`Metric::quadratic_model`].
     #[doc(hidden)]
     pub fn joint_gradient(&self, anchor: &Anchor, x: &[f64], gradient: &mut [f64]) {
         let space = &self.scene().space;
@@ -109,8 +110,8 @@ impl Metric {
         }
     }
 
-    /// One row `s - direction . d(point) >= |displacement|` for each of the points that move
-    /// farthest, spread out.
+    /// Adds one row `s - direction . d(point) >= |displacement|` for each of the points that move
+    /// farthest.
     fn farthest_points(&self, anchor: &Anchor, poses: &[Pose], out: &mut Quadratic) {
         let Quadratic { unknowns, rows, bounds, twists, far, .. } = out;
         self.extremes().farthest(&anchor.poses, poses, far);
@@ -127,7 +128,7 @@ impl Metric {
 }
 
 impl Quadratic {
-    /// Distance from the anchor that the model expects after the step `u`, given the present one.
+    /// Returns the model's distance from the anchor after the step `u`, given the present distance.
     pub fn expected_distance(&self, distance: f64, u: &[f64]) -> f64 {
         if !self.bounds.is_empty() {
             return u[self.unknowns - 1];

@@ -1,5 +1,5 @@
-//! Poses of one body of a checked pair relative to the other, as numbers for a kernel: what alone
-//! decides whether the two collide.
+//! Poses of one body of a checked pair relative to the other, as numbers for a kernel. Only the
+//! relative pose decides whether the two collide.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,20 +10,20 @@ use crate::math::{Mat3, Pose, Vec3};
 use crate::robot::mesh::moments::Moments;
 use crate::scene::{Body, BodyPair, PairId, Part, Scene};
 
-/// Numbers a relative pose.
+/// Number of coordinates of a relative pose.
 pub const WIDTH: usize = 12;
-/// Bodies that never move are one for another body where it is checked against more of them. Each
-/// pair is learned at the price of one with a single obstacle: 300 small boxes took 36 times as
-/// long as one mesh of the same shape, and answers were as good.
-const MANY: usize = 16;
+/// A body that is checked against more fixed bodies than this has one classifier for all of them.
+/// With one for each of 300 small boxes, learning took 36 times as long as with one mesh of the
+/// same shape, and answers were as good. See also lab L109.
+const MAX_SEPARATE_FIXED_BODIES: usize = 16;
 
-/// Every checked pair of a scene with what its relative poses are measured by.
+/// Relative poses of every checked pair of a scene, as vectors of numbers.
 ///
 /// The Euclidean distance between the numbers of two configurations is the root mean square
-/// displacement \[m\] of one body as seen from the other. An obstacle is always the one that is
-/// seen from: so where it moves, the numbers mean what they meant before. Of a body that is checked
-/// against more than `MANY` which never move, all those are one: seen from the world, its pose
-/// decides about all of them.
+/// displacement \[m\] of one body as seen from the other, the reference. An obstacle is always the
+/// reference, so that the numbers keep their meaning if it is placed elsewhere. If a body is
+/// checked against many fixed bodies, the world is the reference: the body's pose in it decides
+/// about all.
 #[derive(Debug, Clone)]
 pub struct RelativePoses {
     scene: Arc<Scene>,
@@ -31,29 +31,29 @@ pub struct RelativePoses {
     parts: Vec<LearnedAs>,
 }
 
-/// The pairs that one classifier tells of.
+/// Group of checked pairs that share one classifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LearnedAs {
-    /// The first of them, an index into [`Scene::pairs`].
+    /// First pair of the group, an index into [`Scene::pairs`].
     pub first: u32,
-    /// Whether they are those of a body with many that never move.
+    /// Whether the group holds the pairs of one body with many fixed bodies.
     pub is_shared: bool,
 }
 
 #[derive(Debug, Clone)]
 struct RelativePair {
-    /// Frame of the body that the other one is seen from, and the pose of its first part there.
     frame: usize,
+    /// Pose of the reference's first part in `frame`; the identity if the group is shared.
     pose_frame_reference: Pose,
-    /// Frame of the other body, with its centroid there.
+    /// Frame of the other body. `centroid` and `root` are in its coordinates.
     moved: usize,
     centroid: Vec3,
-    /// `root root' = ` second moment about the centroid divided by the volume \[m\].
+    /// `root root' = ` second moment about the centroid divided by the volume (or area) \[m\].
     root: Mat3,
 }
 
 impl RelativePoses {
-    /// Of all checked pairs of `scene`.
+    /// Prepares all checked pairs of `scene`.
     pub fn new(scene: Arc<Scene>) -> Self {
         let parts = parts(&scene);
         let spreads: Vec<(Vec3, Mat3)> = scene.bodies.iter().map(spread).collect();
@@ -68,18 +68,18 @@ impl RelativePoses {
         Self { scene, pairs, parts }
     }
 
-    /// The scene that the pairs are of.
+    /// Returns the scene of the pairs.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What a checked pair is learned as.
+    /// Returns the group of a checked pair.
     pub fn part(&self, pair: PairId) -> LearnedAs {
         self.parts[pair.index()]
     }
 
     /// Appends the numbers of each of `pairs` (indices into [`Scene::pairs`]) at `q`: centroid and
-    /// three arms of the one body in the axes of the other.
+    /// three arms of the body in the axes of the reference.
     pub fn embed(&self, q: &[f64], pairs: &[u32], scratch: &mut MetricScratch, out: &mut Vec<f64>) {
         forward(&self.scene, q, &mut scratch.poses);
         for pair in pairs {
@@ -92,12 +92,12 @@ impl RelativePoses {
     }
 }
 
-/// The two bodies of a pair: the one that is seen from, and the one that is seen.
+/// Returns the two bodies of a pair, the reference first.
 fn seen(scene: &Scene, pair: &BodyPair) -> [usize; 2] {
     if scene.bodies[pair.second].frame == 0 { [pair.second, pair.first] } else { [pair.first, pair.second] }
 }
 
-/// What each checked pair is learned as.
+/// Returns the group of each checked pair.
 fn parts(scene: &Scene) -> Vec<LearnedAs> {
     let mut with_fixed: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, pair) in scene.pairs.iter().enumerate() {
@@ -108,15 +108,15 @@ fn parts(scene: &Scene) -> Vec<LearnedAs> {
     }
     let alone = |pair| LearnedAs { first: pair, is_shared: false };
     let mut parts: Vec<LearnedAs> = (0..scene.pairs.len() as u32).map(alone).collect();
-    for pairs in with_fixed.values().filter(|pairs| pairs.len() > MANY) {
+    for pairs in with_fixed.values().filter(|pairs| pairs.len() > MAX_SEPARATE_FIXED_BODIES) {
         let shared = LearnedAs { first: pairs[0] as u32, is_shared: true };
         pairs.iter().for_each(|pair| parts[*pair] = shared);
     }
     parts
 }
 
-/// Centroid of a body and root of its second moment, in its frame: of the volume if every part has
-/// one, otherwise of the surface.
+/// Returns the centroid and the root of the second moment of a body, in its frame: of the volume if
+/// every part has one, otherwise of the surface.
 fn spread(body: &Body) -> (Vec3, Mat3) {
     let solid = body.parts.iter().all(|part| part.geometry.volume_moments().is_some());
     let moments = |part: &Part| {
@@ -174,8 +174,7 @@ mod tests {
         }
     }
 
-    /// One wall of many boxes: of every link one part, which sees it as one obstacle that stands
-    /// where the world does.
+    /// Each link has one group for a wall of many boxes, with the world as its reference.
     #[test]
     fn many_that_never_move_are_one_part() {
         let mut scene = builtin::scene("planar-arm").unwrap();
@@ -184,7 +183,7 @@ mod tests {
         let fixed = scene.bodies.iter().position(|body| body.frame == 0).unwrap();
         let own: Vec<BodyPair> = scene.pairs.iter().filter(|pair| pair.second == fixed).copied().collect();
         let links: std::collections::BTreeSet<usize> = own.iter().map(|pair| pair.first).collect();
-        for k in 0..2 * MANY {
+        for k in 0..2 * MAX_SEPARATE_FIXED_BODIES {
             let body = Body { name: format!("box {k}"), ..scene.bodies[fixed].clone() };
             scene.bodies.push(body);
             let second = scene.bodies.len() - 1;
@@ -206,7 +205,7 @@ mod tests {
         }
     }
 
-    /// A self-collision depends on the joints between the two bodies alone, and so do its numbers.
+    /// The numbers of a self-collision depend only on the joints between its two bodies.
     #[test]
     fn joints_before_both_bodies_change_nothing() {
         let scene = Arc::new(builtin::scene("shelf-arm").unwrap());

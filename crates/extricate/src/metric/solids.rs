@@ -1,40 +1,41 @@
-//! Volume moments of what each frame carries, and the object norm's embedding made of them.
+//! Volume moments of the geometry that each frame carries, and the object norm's embedding.
 
 use crate::math::{Mat3, Pose, Vec3};
 use crate::robot::mesh::moments::Moments;
 use crate::scene::{Part, Scene};
 
-/// Every moving frame that carries geometry.
+/// Moments of every moving frame that carries geometry.
 #[derive(Debug, Clone, Default)]
 pub struct Solids {
-    /// In the order of the scene's frames.
+    /// Moments by frame, in the order of the scene's frames.
     pub frames: Vec<FrameSolid>,
 }
 
-/// What one frame carries, as moments.
+/// Moments of the geometry that one frame carries.
 #[derive(Debug, Clone)]
 pub struct FrameSolid {
     /// Index of the frame.
     pub frame: usize,
-    /// Its share of the moving volume (or area).
+    /// Share of the moving volume (or area, or weight of points).
     pub share: f64,
-    /// In frame coordinates \[m\].
+    /// Centroid in frame coordinates \[m\].
     pub centroid: Vec3,
     /// `root root' = ` second moment about the centroid divided by the volume, in frame axes \[m\].
     pub root: Mat3,
-    /// Inverse of the second moment [1/m^2]; `None` where the geometry is flat.
+    /// Inverse of the second moment [1/m^2]; `None` if the geometry is flat.
     pub inverse_second: Option<Mat3>,
 }
 
-/// Second moments of which the least is below this share of the largest are those of something
-/// flat: what rounding leaves of a zero is far less.
-const FLAT: f64 = 1e-12;
-/// Share of the largest eigenvalue that rounding takes from another; taken off, factors are larger.
-const EIGENVALUE_ROUNDING: f64 = 1e-14;
+/// Geometry is flat if the least eigenvalue of its second moment is below this share of the
+/// largest. Rounding leaves far less of a zero.
+const FLAT_SHARE: f64 = 1e-12;
+/// Rounding error of an eigenvalue, as a share of the largest one. Subtracting it can only make
+/// motion factors larger, so that bounds hold.
+const EIGENVALUE_ROUNDING_SHARE: f64 = 1e-14;
 
 impl Solids {
-    /// Moments of all moving geometry: of volumes if every part has one, otherwise of surface areas
-    /// throughout.
+    /// Computes the moments of all moving geometry: of volumes if every part has one, otherwise of
+    /// surface areas.
     pub fn new(scene: &Scene) -> Self {
         let moving = || scene.bodies.iter().filter(|body| body.frame != 0).flat_map(|body| &body.parts);
         let solid = moving().all(|part| part.geometry.volume_moments().is_some());
@@ -56,12 +57,12 @@ impl Solids {
         Self::of_moments(frames)
     }
 
-    /// Moments of points instead of volumes: `weighted` gives each frame a weight and points, of
-    /// which each counts alike.
+    /// Computes moments of points instead of volumes. `weighted` has frames with a weight and
+    /// points, which share the weight equally.
     ///
-    /// A weighted mean square of displacements is at most the largest one, whatever the weights; so
-    /// the embedding made of these moments stays below the largest displacement, and comes the
-    /// nearer to it the more the weight is where that occurs.
+    /// A weighted mean square of displacements is at most the largest square, whatever the weights.
+    /// So the embedding never exceeds the largest displacement, and is closest to it if the weight
+    /// lies on the points that move farthest.
     pub fn of_points<'a>(weighted: impl Iterator<Item = (usize, f64, &'a [Vec3])>) -> Self {
         let moments = |(frame, measure, points): (usize, f64, &[Vec3])| {
             let share = 1.0 / points.len() as f64;
@@ -85,9 +86,9 @@ impl Solids {
                     share: m.measure / total,
                     centroid: m.centroid,
                     root: eigen.eigenvectors * Mat3::from_diagonal(&roots),
-                    // By eigenvalues: other inverses of what is nearly flat need not be positive.
-                    inverse_second: (least > FLAT * most).then(|| {
-                        let inverse = eigen.eigenvalues.map(|x| 1.0 / (x - EIGENVALUE_ROUNDING * most));
+                    // Other ways to invert a nearly flat moment need not give a positive matrix.
+                    inverse_second: (least > FLAT_SHARE * most).then(|| {
+                        let inverse = eigen.eigenvalues.map(|x| 1.0 / (x - EIGENVALUE_ROUNDING_SHARE * most));
                         eigen.eigenvectors * Mat3::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
                     }),
                 }
@@ -96,8 +97,8 @@ impl Solids {
         Self { frames }
     }
 
-    /// `sqrt(share) [c, R root]` for each frame: 12 numbers, whose Euclidean distance is the object
-    /// norm.
+    /// Writes `sqrt(share) [c, R root]` for each frame: 12 numbers. The Euclidean distance between
+    /// two such vectors is the object norm.
     pub fn embed(&self, poses: &[Pose], out: &mut [f64]) {
         for (solid, slot) in self.frames.iter().zip(out.chunks_exact_mut(12)) {
             let pose = &poses[solid.frame];
@@ -111,12 +112,12 @@ impl Solids {
 }
 
 impl FrameSolid {
-    /// Factor `B` with `displacement of the point <= B * object norm`, for a point in frame
-    /// coordinates.
+    /// Returns `B` with `displacement of the point <= B * object norm`, for a point in frame
+    /// coordinates. It is infinite if the geometry is flat.
     ///
     /// `B = sqrt(1 / share) sqrt(1 + (p - c)' S^-1 (p - c))`: the displacement field is affine,
-    /// `u(p) = u(c) + A (p - c)`, and `|A (p - c)| <= |A S^(1/2)| |S^(-1/2) (p - c)|`; Cauchy and
-    /// Schwarz do the rest. Infinite where the geometry is flat.
+    /// `u(p) = u(c) + A (p - c)`, and `|A (p - c)| <= |A S^(1/2)| |S^(-1/2) (p - c)|`.
+    /// Cauchy-Schwarz combines the two terms.
     pub fn motion_factor(&self, point_frame: &Vec3) -> f64 {
         let arm = point_frame - self.centroid;
         match &self.inverse_second {
@@ -131,7 +132,7 @@ mod tests {
     use super::*;
     use crate::math::Pose;
 
-    /// Sheets in any attitude, flat or nearly so: no point moves by more than its factor says.
+    /// No point of a flat or nearly flat sheet moves farther than its factor allows.
     #[test]
     fn factors_of_sheets_hold() {
         let (mut finite, mut seen) = (0, 0);

@@ -63,8 +63,7 @@ fn near_configurations_are_near() {
     });
 }
 
-/// The object norm's closed form against a Monte Carlo integral over the volume of a box and a
-/// cylinder.
+/// Compares the object norm's closed form with a Monte Carlo integral over the volume of a box.
 #[test]
 fn object_norm_is_the_integral_over_the_volume() {
     let scene = Arc::new(builtin::scene("free-box").unwrap());
@@ -102,7 +101,7 @@ fn motion_bounds_are_never_exceeded() {
         for round in 0..200 {
             let (a, far) = (sample(), sample());
             let mut b = far.clone();
-            // From tiny steps to the far end.
+            // Steps reach from 1/256 of the way to all of it.
             space.interpolate(&a, &far, 0.5_f64.powi(round % 9), &mut b);
             forward(scene, &a, &mut from);
             forward(scene, &b, &mut to);
@@ -139,7 +138,7 @@ fn motion_bounds_are_never_exceeded() {
     });
 }
 
-/// The closed forms for balls and rims against dense samples of them.
+/// Compares the closed forms for balls and rims with dense samples of them.
 #[test]
 fn largest_displacement_is_attained_on_round_shapes() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
@@ -184,8 +183,8 @@ fn largest_displacement_is_attained_on_round_shapes() {
     }
 }
 
-/// Against all samples, one by one: the farthest comes first, and the others are far, and far from
-/// each other.
+/// Slow twin: of all samples, one by one, the farthest is found. All found ones are far, and those
+/// of one frame are far from each other.
 #[test]
 fn the_farthest_points_are_found() {
     let (mut far, mut several) = (extremes::FarPoints::default(), 0);

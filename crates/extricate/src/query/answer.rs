@@ -1,4 +1,4 @@
-//! What a query gives back.
+//! The answer to a query.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,85 +12,85 @@ use crate::scene::PairId;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Answer {
-    /// Distance from the query to the witness, in the scene's metric; 0 where the query is free.
+    /// Distance from the query to the witness, in the scene's metric; 0 if the query is free.
     pub depth: f64,
     /// Proved: no free configuration is nearer than this.
     pub lower_bound: f64,
     /// Share of the depth that is not proved, `1 - lower_bound / depth`: no free configuration is
-    /// nearer by more than it. 0 where the query is free.
+    /// nearer by more than it. 0 if the query is free.
     pub gap: f64,
-    /// Why nothing is proved, where that is so: `lower_bound` is 0 and the query is not free.
+    /// Why nothing is proved; set if `lower_bound` is 0 and the query is not free.
     pub unproved: Option<Unproved>,
     /// A free configuration at distance `depth`.
     pub witness: Config,
-    /// What was requested.
+    /// The effort that was requested.
     pub effort: Effort,
     /// Collision checks and distance evaluations spent.
     pub checks: usize,
     /// Largest displacement \[m\] of any point of the moving geometry between the query and the
     /// witness.
     pub max_displacement: f64,
-    /// Pairs of the scene that collide at the query; one of them with
-    /// [`Effort::Nearest`], unless contacts were requested.
+    /// Pairs of the scene that collide at the query; only one of them with [`Effort::Nearest`],
+    /// unless contacts were requested.
     pub colliding: Vec<PairId>,
-    /// The coordinates of the query that lie beyond their limits: it then is not free, whether or
-    /// not anything collides. The witness is within all limits; `depth` is from the query as it is.
+    /// Coordinates of the query that lie beyond their limits. The query then is not free, whether
+    /// or not anything collides. The witness is within all limits; `depth` is from the query as it
+    /// is.
     pub outside: Vec<usize>,
-    /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the
-    /// witness; none with [`Effort::Nearest`], unless contacts were requested.
+    /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the witness;
+    /// none with [`Effort::Nearest`], unless contacts were requested.
     pub touching: Vec<PairId>,
-    /// Estimated share of starts that would lead to an exit which this query has not met, in
-    /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where
-    /// each led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender
-    /// and Rinnooy Kan's estimate for multistart; starts are not uniform, so it is no probability
-    /// of a miss.)
+    /// Estimated share in `[0, 1]` of starts that would lead to an exit which this query has not
+    /// met. It is near 0 if one descent after another led to the same few ends, near 1 if each led
+    /// to another. `None` if the query is free, or with [`Effort::Nearest`]. (Boender and Rinnooy
+    /// Kan's estimate for multistart; starts are not uniform, so it is no probability of a miss.)
     pub unseen: Option<f64>,
-    /// Depth of the nearest exit that was found, where the witness is the proxy of a continuous
-    /// stream, which may be farther: 0 where the query is free.
+    /// Depth of the nearest exit found, if the witness is the proxy of a continuous stream, which
+    /// may be farther; 0 if the query is free.
     pub nearest: Option<f64>,
-    /// Clearance \[m\] that the witness keeps, of pairs without one of their own: that which the
-    /// query aims at, or less of it, at least the scene's ([`super::QueryOptions::clearance`]).
-    /// Depth, bound and exits are those of a scene with this clearance. Of a continuous stream:
-    /// what the proxy keeps, at most what it aims at.
+    /// Clearance \[m\] that the witness keeps, for pairs without one of their own: the clearance
+    /// that the query aims at, or less, but at least the scene's
+    /// ([`super::QueryOptions::clearance`]). Depth, bound and exits are those of a scene with this
+    /// clearance. In a continuous stream, it is what the proxy keeps, at most what it aims at.
     pub clearance: f64,
-    /// Whether the exact checker called the witness free during this query; otherwise it did when
-    /// the model was learned.
+    /// Whether the exact checker called the witness free during this query. Otherwise it did so
+    /// when the model was learned.
     pub verified: bool,
-    /// Where the pairs of `touching` touch at the witness, with normals; several places a pair
-    /// where meshes touch.
+    /// Points and normals at which the pairs of `touching` touch at the witness; meshes may have
+    /// several for a pair.
     pub contacts: Vec<Contact>,
     /// How the distance to the witness changes with the query: a small tangent step `t` at the
-    /// query (length `nv`) changes it by `gradient . t`. Where the witness is the nearest exit,
-    /// this is the gradient of the penetration depth. Zero where the query is free. For the largest
+    /// query (length `nv`) changes it by `gradient . t`. If the witness is the nearest exit, this
+    /// is the gradient of the penetration depth. Zero if the query is free. For the largest
     /// displacement, which has kinks where several points move equally far, it is a mean over 1e-5
     /// to both sides.
     pub gradient: Vec<f64>,
-    /// Unset where a distinct exit (see [`SEPARATION`]) was met that is at most [`RIVAL`] times as
-    /// far: beside such queries the nearest exit changes, and the gradient jumps. Set does not
-    /// prove that there is none.
+    /// Whether no distinct exit (see [`SEPARATION`]) was met that is at most [`RIVAL`] times as
+    /// far. Near a query with such an exit the nearest exit changes, and the gradient jumps. A set
+    /// flag does not prove that there is none.
     pub unique: bool,
     /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     pub cut_short: bool,
-    /// Where more than one was requested: the nearest distinct exits, by depth, the witness first.
-    /// Each was verified and is the end of a descent, a local minimum of the distance to its
-    /// accuracy; two of them are distinct by [`SEPARATION`]. Fewer where fewer were found.
+    /// The nearest distinct exits by depth, the witness first, if more than one was requested. Each
+    /// was verified and is the end of a descent, a local minimum of the distance to its accuracy;
+    /// two of them are distinct by [`SEPARATION`]. There are fewer if fewer were found.
     pub exits: Vec<Exit>,
-    /// Proved, where it was requested and the query collides: no two bodies of a checked pair touch
-    /// at any configuration that is nearer to the witness than this, in the scene's metric. Joint
-    /// limits do not matter.
+    /// Proved distance from the witness, in the scene's metric, within which no two bodies of a
+    /// checked pair touch. Set if it was requested and the query is not free. Joint limits do not
+    /// matter.
     pub free_radius: Option<f64>,
-    /// The straight segment to the witness, where it was requested and the query collides.
+    /// The straight segment to the witness, if it was requested and the query is not free.
     pub segment: Option<StraightSegment>,
 }
 
 impl Answer {
-    /// Whether a nearer exit may well have been missed: the search was cut short, and over half of
-    /// the depth is not proved.
+    /// Returns whether a nearer exit may well have been missed: the search was cut short, and over
+    /// half of the depth is not proved.
     pub fn is_doubtful(&self) -> bool {
         self.cut_short && self.gap > 0.5
     }
 
-    /// Whether the query itself is free.
+    /// Returns whether the query itself is free.
     pub fn is_free(&self) -> bool {
         self.colliding.is_empty() && self.outside.is_empty()
     }
@@ -101,9 +101,10 @@ impl Answer {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Unproved {
-    /// What collides are surfaces: they enclose nothing, and might pass through each other.
+    /// Only surfaces collide: they enclose nothing, and might pass through each other.
     Surfaces,
-    /// The bodies overlap by less than rounding, or than the convex sets inside them show.
+    /// The bodies overlap by less than the rounding, or by less than the convex sets inside them
+    /// show.
     Shallow,
 }
 
@@ -115,7 +116,7 @@ words! { Unproved as "unproved" { Surfaces = "surfaces", Shallow = "shallow" } }
 pub struct Exit {
     /// Distance from the query, in the scene's metric.
     pub depth: f64,
-    /// A free configuration at that distance; verified.
+    /// A verified free configuration at that distance.
     pub witness: Config,
     /// Pairs of the scene that touch there.
     pub touching: Vec<PairId>,
@@ -133,17 +134,17 @@ pub struct StraightSegment {
     pub free_from: f64,
 }
 
-/// A pair touches where it is nearer than the clearance plus this \[m\].
+/// A pair touches if it is nearer than the clearance plus this \[m\].
 pub const TOUCHING: f64 = 1e-4;
 
-/// Two exits are distinct where they are farther apart than this share of the smaller depth, in the
+/// Two exits are distinct if they are farther apart than this share of the smaller depth, in the
 /// metric's tensor at the query.
 pub const SEPARATION: f64 = 0.25;
 
-/// An exit this many times as far as the witness makes it ambiguous.
+/// The nearest exit is ambiguous if another one is at most this many times as far as the witness.
 pub const RIVAL: f64 = 1.01;
 
-/// The answer to a free query, and a frame for others.
+/// Returns the answer to a free query, from which other answers start.
 pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Answer {
     Answer {
         depth: 0.0,

@@ -1,4 +1,5 @@
-//! Queries beyond the joint limits: not free, and measured from as they are; witnesses are within.
+//! Queries beyond the joint limits. They are not free; distances are from the query as it is, and
+//! witnesses are within the limits.
 
 use crate::cspace::{ConfigSpace, Factor, Manifold};
 use crate::query::answer::Answer;
@@ -17,17 +18,18 @@ pub fn pairs_at_rest(context: &Context, answer: &Answer, scratch: &mut QueryScra
     context.checker.colliding_pairs(&known.rest, &mut evaluator.check, pairs);
 }
 
-/// Whether the query moved onto the limits, at which these pairs collide, is the nearest exit.
+/// Returns whether the query moved onto the limits, at which these pairs collide, is the nearest
+/// exit.
 ///
 /// # Guarantee
 /// Under the metric of the joints no configuration within the limits is nearer than that one: each
-/// coordinate is as near as it can be. If it is free, it is the nearest free one.
+/// coordinate is as near as it can be. If that one is free, it is the nearest free one.
 pub fn is_rest_nearest(context: &Context, pairs: &[PairId]) -> bool {
     pairs.is_empty() && context.metric.kind() == MetricKind::Joint
 }
 
-/// Proved: no configuration within the limits is nearer to the query than this, in metric units; 0
-/// under the metrics of bodies.
+/// Returns a proved bound \[metric units\]: no configuration within the limits is nearer to the
+/// query. 0 under the metrics of bodies.
 pub fn lower_bound(kind: MetricKind, space: &ConfigSpace, q: &[f64]) -> f64 {
     if kind != MetricKind::Joint {
         return 0.0;

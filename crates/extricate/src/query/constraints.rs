@@ -1,4 +1,4 @@
-//! Queries with a clearance of their own, or with joints that stay: what they stand on.
+//! Queries with constraints of their own: a clearance, or joints that stay.
 
 use std::time::Instant;
 
@@ -16,19 +16,19 @@ use crate::query::search::scratch::QueryScratch;
 use crate::query::termination::{Deadline, Termination};
 use crate::scene::Scene;
 
-/// A configuration that keeps the wanted clearance is given up if it is farther than this times the
-/// nearest exit at the scene's clearance and what the wider clearance moves at least: a narrow
-/// place then is left by another way, which nobody means who asks for a little more room.
-const FAR: f64 = 10.0;
-/// How often what is wanted beyond the scene's clearance is halved, until it is kept nearby.
-pub const HALVINGS: i32 = 6;
+/// An exit at the wanted clearance is too far beyond this multiple of the sum of two distances: the
+/// depth at the scene's clearance and the least motion for the difference. It then leaves a narrow
+/// place by another way, which nobody wants for a little more clearance.
+const MAX_DEPTH_FACTOR: f64 = 10.0;
+/// Most halvings of the excess over the scene's clearance, until the rest of it is kept nearby.
+pub const MAX_HALVINGS: i32 = 6;
 
-/// What is asked for under constraints.
+/// Result of a search under constraints.
 pub trait Found {
-    /// How far it is from the query, and the configuration.
+    /// Returns the distance from the query, and the configuration.
     fn place(&self) -> (f64, &[f64]);
 
-    /// Notes that a limit ended the search for more of the clearance.
+    /// Notes that a limit ended the search for a larger clearance.
     fn note_cut(&mut self) {}
 }
 
@@ -42,10 +42,10 @@ impl Found for Answer {
     }
 }
 
-/// Asks under the constraints of the options. What is given keeps the wanted clearance, unless
-/// nothing is found that does, or that is too far (`FAR`): then it keeps as much of it as halving
-/// finds nearby, at least the scene's. Once the budget is spent, nothing else is asked for.
-/// The evaluator then has the checks of all of this.
+/// Searches under the constraints of the options. The result keeps the wanted clearance, unless
+/// none is found that does, or only one that is too far (`MAX_DEPTH_FACTOR`). It then keeps as much
+/// of it as halving finds nearby, at least the scene's. Once the budget is spent, no further search
+/// begins. The evaluator then has the checks of all searches.
 pub(crate) fn under<T: Found>(
     context: &Context,
     q: &[f64],
@@ -58,10 +58,11 @@ pub(crate) fn under<T: Found>(
     let Some(aim) = options.clearance.filter(|aim| *aim != context.clearance) else {
         return ask(&plain, options, Hint::default(), scratch);
     };
-    // Not every platform has a clock.
+    // Not every platform has a clock, so read it only for a limit on seconds.
     let began = options.termination.max_seconds.map(|_| Instant::now());
     let mut asking = Asking { context: &plain, options, scratch, ask: &mut ask, began, spent: 0 };
-    // If descents find nothing, what is known at the scene's clearance leads farther than luck.
+    // If descents find nothing, pushing the exit at the scene's clearance beats trying
+    // configurations anywhere.
     let wanted = asking.at(aim, Hint { looks_nowhere_else: aim > context.clearance, ..Hint::default() });
     if wanted.as_ref().is_some_and(|found| aim < context.clearance || asking.is_near(q, found, aim)) {
         return wanted;
@@ -77,10 +78,10 @@ pub(crate) fn under<T: Found>(
     found
 }
 
-/// As much of a wanted clearance as is kept near an exit of the scene's, and the configuration that
-/// keeps it: the end of a descent from the exit, verified, that is no farther from there than
-/// `FAR` times what the wider clearance moves at least. It is tried whole or, if that
-/// `was_tried`, halved, then halved again.
+/// Finds as much of a wanted clearance as is kept near an exit at the scene's clearance, and a
+/// verified configuration that keeps it. This is the end of a descent from the exit, no farther
+/// from there than `MAX_DEPTH_FACTOR` times the least motion for the difference. The wanted
+/// clearance is tried whole, unless it `was_tried`, then with its excess halved again and again.
 pub fn push_nearby(
     context: &Context,
     anchor: &Anchor,
@@ -90,7 +91,7 @@ pub fn push_nearby(
 ) -> Option<(f64, Vec<f64>)> {
     let QueryScratch { evaluator, descent, .. } = scratch;
     let options = Plan::of(&QueryOptions::default(), context).polish;
-    for halvings in i32::from(was_tried)..=HALVINGS {
+    for halvings in i32::from(was_tried)..=MAX_HALVINGS {
         let clearance = context.clearance + (wanted - context.clearance) * 0.5_f64.powi(halvings);
         let checker = context.checker.with_clearance(clearance);
         let aimed = Context { checker: &checker, clearance, ..*context };
@@ -108,27 +109,26 @@ pub fn push_nearby(
     None
 }
 
-/// How far a configuration may be that keeps `aim`, if the nearest exit at the scene's clearance is
-/// `own` away.
+/// Returns how far a configuration that keeps `aim` may be, if the nearest exit at the scene's
+/// clearance is `own` away.
 fn farthest(context: &Context, aim: f64, own: f64) -> f64 {
-    FAR * (own + (aim - context.clearance) / context.metric.lever().max(1e-9))
+    MAX_DEPTH_FACTOR * (own + (aim - context.clearance) / context.metric.lever().max(1e-9))
 }
 
-/// What is asked again with another clearance.
+/// A search that is repeated with several clearances.
 struct Asking<'a, 'c, A> {
-    /// With the clearance of the scene.
+    /// Context with the scene's clearance.
     context: &'a Context<'c>,
     options: &'a QueryOptions,
     scratch: &'a mut QueryScratch,
     ask: A,
-    /// When seconds began to count, if there is a limit on them.
+    /// Start of the query, if its seconds are limited.
     began: Option<Instant>,
-    /// Checks so far.
     spent: usize,
 }
 
 impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Option<T>> Asking<'_, '_, A> {
-    /// What is found that keeps a clearance.
+    /// Searches for a result that keeps a clearance.
     fn at(&mut self, clearance: f64, hint: Hint) -> Option<T> {
         let aim = (clearance != self.context.clearance).then_some(clearance);
         let own = Constraints::new(self.context, aim, &[]);
@@ -138,8 +138,8 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Opt
         found
     }
 
-    /// Whether what was found is known to be near enough without another search, by what is proved
-    /// of the exits at the scene's clearance.
+    /// Returns whether the result is near enough by a bound on the exits at the scene's clearance,
+    /// without another search.
     fn is_near(&mut self, q: &[f64], found: &T, aim: f64) -> bool {
         let (context, QueryScratch { evaluator, known, .. }) = (self.context, &mut *self.scratch);
         let depth = found.place().0;
@@ -155,8 +155,9 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Opt
         depth <= farthest(context, aim, proved)
     }
 
-    /// What keeps as much of a wanted clearance as is found near an exit at the scene's clearance,
-    /// or that exit. All of it is tried, unless what keeps it `was_found` to be too far.
+    /// Returns a result that keeps as much of a wanted clearance as is found near `own`, the exit
+    /// at the scene's clearance, or `own` itself. The flag in `wanted` says that the whole
+    /// clearance led too far, so that only its halves are tried.
     fn pushed(&mut self, q: &[f64], mut own: T, wanted: (f64, bool)) -> T {
         let (context, mut anchor) = (self.context, Anchor::default());
         context.metric.anchor(q, &mut anchor);
@@ -183,7 +184,7 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Opt
     }
 }
 
-/// What a query's own constraints make of what it stands on; kept while it is asked.
+/// Data of a query's own constraints, which its context borrows.
 #[derive(Default)]
 struct Constraints {
     checker: Option<Checker>,
@@ -191,24 +192,24 @@ struct Constraints {
 }
 
 impl Constraints {
-    /// Another clearance \[m\], and further joints that stay; nothing is made if there are none.
+    /// Builds only what the constraints change: another clearance `aim` \[m\], and locked joints.
     fn new(context: &Context, aim: Option<f64>, joints: &[usize]) -> Self {
         let checker = aim.map(|aim| context.checker.with_clearance(aim));
         let locked = if joints.is_empty() { Vec::new() } else { locked(context.checker.scene(), joints) };
         Self { checker, locked }
     }
 
-    /// The context under them.
     fn apply<'a>(&'a self, context: &Context<'a>) -> Context<'a> {
         let checker = self.checker.as_ref().unwrap_or(context.checker);
         let locked = if self.locked.is_empty() { context.locked } else { &self.locked };
         let own = Context { checker, clearance: checker.base_clearance(), locked, ..*context };
-        // Samples were free at the clearance of the scene, and as a whole: so their planes hold.
+        // Stored samples were free at the scene's clearance and with all joints; otherwise their
+        // contact planes do not hold.
         if self.checker.is_some() || !self.locked.is_empty() { own.elsewhere() } else { own }
     }
 }
 
-/// Of every tangent coordinate, whether one of the joints has it.
+/// Marks the tangent coordinates of the joints.
 fn locked(scene: &Scene, joints: &[usize]) -> Vec<bool> {
     let mut locked = vec![false; scene.space.nv()];
     for factor in scene.space.factors() {

@@ -1,5 +1,5 @@
-//! Indexes samples for queries: the contacts of all exits are looked at once, so that no query has
-//! to before its first step from one.
+//! Indexes samples for queries and stores the contact planes of the solved ones, so that the first
+//! step from such a sample evaluates no contacts.
 
 use rayon::prelude::*;
 
@@ -10,18 +10,18 @@ use crate::metric::Metric;
 use crate::samples::SampleSet;
 use crate::samples::contact_planes::ContactPlanes;
 
-/// Most planes of an exit, nearest first. With 24, models of hands are twice as large, and queries
-/// take as many checks.
-const MOST: usize = 8;
-/// Exits that a thread looks at before it takes more.
-const CHUNK: usize = 64;
+/// Most planes of a solved sample, the nearest ones. With 24, models of hands are twice as large,
+/// and queries take as many checks.
+const MAX_PLANES: usize = 8;
+/// Solved samples in one task of a thread.
+const SAMPLES_PER_TASK: usize = 64;
 
-/// The index that queries stand on: of `configs` (row major, each called free by `checker`), whose
-/// last `exits` rows are exits. Their contacts are noted; those of meshes are those of the convex
-/// pieces around them, as descents see them.
+/// Indexes `configs` (row major, each called free by `checker`), whose last `exits` rows are solved
+/// samples, and stores the contact planes of those. Meshes are represented by their convex pieces,
+/// as in descents.
 ///
 /// # Panics
-/// Where there are fewer rows.
+/// Panics if there are fewer rows than `exits`.
 pub fn index_samples(checker: &Checker, metric: &Metric, configs: Vec<f64>, exits: usize, seed: u64) -> SampleSet {
     checker.prepare_proposals();
     let mut samples = SampleSet::with_solved(metric, checker.scene().space.nq(), configs, exits, seed);
@@ -34,7 +34,7 @@ fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
     let first = samples.len() - samples.solved();
     let exits = &samples.configs()[first * space.nq()..];
     let parts: Vec<ContactPlanes> = exits
-        .par_chunks(CHUNK * space.nq())
+        .par_chunks(SAMPLES_PER_TASK * space.nq())
         .map_init(Scratch::default, |scratch, rows| {
             let mut tangents = ContactPlanes::new(space.nv());
             for q in rows.chunks_exact(space.nq()) {
@@ -59,17 +59,19 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Conta
     let scene = checker.scene();
     let Scratch { check, contacts, twists } = scratch;
     contacts.clear();
-    // Each on its own: what is noted must not depend on how exits were handed out.
+    // Evaluate each sample alone: the planes must not depend on how samples are divided among
+    // threads.
     check.forget_contacts();
-    // A foot that does not know of what descents look at is too near; contacts twice as far turn on
-    // the way there. They are looked at once and followed often; but triangles tell too much.
+    // Note the contacts that a descent would use. With fewer, the projection comes too near the
+    // query; contacts twice as far away rotate before they are reached. Contacts of triangles are
+    // too many.
     let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Proposal };
     let query = ContactQuery { margin: checker.base_clearance() + MARGIN, search };
     checker.contacts(q, query, check, contacts);
     twists.set(scene, check.poses());
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];
-    for contact in contacts.iter().take(MOST) {
+    for contact in contacts.iter().take(MAX_PLANES) {
         row.fill(0.0);
         contact.add_gradient(scene, twists, &mut row);
         tangents.push(contact.pair.index(), contact.distance - checker.base_clearance(), &row);
@@ -84,7 +86,7 @@ mod tests {
     use crate::cspace::sampling::Halton;
     use crate::scene::builtin;
 
-    /// Any free configurations will do for exits.
+    /// Any free configurations serve as solved samples here.
     fn noted(name: &str, threads: usize) -> (Checker, SampleSet) {
         let scene = std::sync::Arc::new(builtin::scene(name).unwrap());
         let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene.clone()));
@@ -114,7 +116,7 @@ mod tests {
                 let step: Vec<f64> = (0..space.nv()).map(|k| 1e-5 * (f64::from(id) + k as f64).sin()).collect();
                 let mut moved = q.to_vec();
                 space.integrate(q, &step, &mut moved);
-                // The least distance after a step: of all pairs, by their planes.
+                // The planes of all pairs predict the least distance after the step.
                 let change =
                     |gradient: &mut dyn Iterator<Item = f64>| gradient.zip(&step).map(|(g, s)| g * s).sum::<f64>();
                 let planes = samples.planes(id).unwrap();

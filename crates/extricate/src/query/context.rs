@@ -1,4 +1,4 @@
-//! What a query stands on.
+//! The shared data that a query reads: checker, metric, balls, stored samples and constraints.
 
 use super::inner_balls::InnerBalls;
 use crate::collision::Checker;
@@ -6,73 +6,72 @@ use crate::metric::Metric;
 use crate::samples::SampleSet;
 use crate::scene::PairId;
 
-/// What a query stands on, borrowed from what is prepared of a scene, and from a model if there
-/// is one.
+/// Shared data of a query, borrowed from a prepared scene, and from a model if there is one.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
-    /// The exact checker.
+    /// Exact checker of the scene.
     pub checker: &'a Checker,
-    /// The scene's metric.
+    /// Metric of the scene.
     pub metric: &'a Metric,
-    /// For the lower bound.
+    /// Balls inside bodies, for the lower bound.
     pub balls: &'a InnerBalls,
-    /// What a model has stored.
+    /// Stored samples of a model.
     pub stored: Option<Stored<'a>>,
     /// Least distance \[m\] of a free pair.
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.
     pub scale: f64,
-    /// Of every tangent coordinate, whether it stays where the query has it; empty where none does.
+    /// Whether each tangent coordinate keeps its value of the query; empty if none does.
     pub locked: &'a [bool],
-    /// Pairs that are to stay in touch.
+    /// Pairs that have to stay in touch.
     pub held: Held<'a>,
 }
 
-/// Checked pairs that are to stay as near as they touch, and not only apart.
+/// Checked pairs that have to stay in touch, and not only apart.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Held<'a> {
-    /// Which.
+    /// The pairs that have to stay in touch.
     pub pairs: &'a [PairId],
-    /// The most that their nearest contact may be apart \[m\], above the clearance.
+    /// Largest distance of their nearest contact \[m\]; it exceeds the clearance.
     pub most: f64,
 }
 
-/// Boundary samples that were stored: descents start from some of them.
+/// Stored boundary samples, from some of which descents start.
 #[derive(Clone, Copy)]
 pub struct Stored<'a> {
-    /// Each was free in the scene that was learned.
+    /// The samples; each was free in the scene that was learned.
     pub samples: &'a SampleSet,
-    /// Whether the contact planes of samples hold for each checked pair; `None` if all do and every
-    /// sample is free here. An empty list says that none do.
+    /// Whether contact planes hold for each checked pair. `None` means that all hold and every
+    /// sample is free here; an empty list means that none holds.
     pub holding: Option<&'a [bool]>,
 }
 
 impl Stored<'_> {
-    /// Whether the contact planes of samples hold for a pair.
+    /// Whether contact planes of samples hold for a pair.
     pub fn holds(&self, pair: PairId) -> bool {
         self.holding.is_none_or(|holding| holding.get(pair.index()) == Some(&true))
     }
 }
 
 impl<'a> Context<'a> {
-    /// The one way to make it.
+    /// Creates a context without locked coordinates or held pairs.
     pub fn new(checker: &'a Checker, metric: &'a Metric, balls: &'a InnerBalls, stored: Option<Stored<'a>>) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
         Self { checker, metric, balls, stored, clearance, scale, locked: &[], held: Held::default() }
     }
 
-    /// The same, with samples that may collide and whose planes do not hold.
+    /// Marks samples as possibly colliding, with contact planes that do not hold.
     pub fn elsewhere(self) -> Self {
         let stored = self.stored.map(|stored| Stored { holding: Some(&[]), ..stored });
         Self { stored, ..self }
     }
 
-    /// Whether a tangent coordinate stays where the query has it.
+    /// Whether a tangent coordinate keeps its value of the query.
     pub fn is_locked(&self, v: usize) -> bool {
         self.locked.get(v).is_some_and(|is_locked| *is_locked)
     }
 
-    /// Brings the coordinates that stay to where `rest` has them.
+    /// Resets the locked coordinates of `config` to their values of `rest`.
     pub fn hold(&self, rest: &[f64], config: &mut [f64]) {
         if self.locked.is_empty() {
             return;

@@ -1,4 +1,4 @@
-//! What a query asks of the exact checker, counted; and when it has asked enough.
+//! The exact checks, contacts and distances of a query, counted against its budget.
 
 use std::cell::Cell;
 
@@ -9,44 +9,42 @@ use crate::metric::{Anchor, MetricScratch};
 use crate::query::context::Context;
 use crate::scene::PairId;
 
-/// Contacts of a pair that is to stay in touch are looked for as far as this \[m\].
-const WHEREVER: f64 = 10.0;
+/// The contact of a pair that has to stay in touch is searched within this distance \[m\].
+const HELD_PAIR_MARGIN_M: f64 = 10.0;
 
-/// Labels, contacts and distances, and what the last of them were of.
+/// Evaluates labels, contacts and distances, and remembers the latest.
 #[derive(Default)]
 pub struct Evaluator {
-    /// For the exact checker.
     pub check: CheckScratch,
-    /// For distances.
     pub metric: MetricScratch,
     /// Exact checks and contact evaluations so far.
     pub checks: usize,
-    /// Where they end.
+    /// Limits of the query.
     pub limit: Deadline,
-    /// Of these, how many are kept aside to check exits that are known.
+    /// Checks that are kept in reserve to verify known exits.
     pub reserved: usize,
-    /// Whether no exit is known yet: without one there is no answer, and only a stop ends the
-    /// search for it.
+    /// Whether the search still lacks an exit. The budget then does not end it, since there would
+    /// be no answer; only a stop does.
     pub needs_exit: bool,
-    /// Whether the budget has ended anything of this query.
+    /// Whether the budget has ended any part of this query.
     is_cut: Cell<bool>,
-    /// Of the configuration whose contacts were evaluated last.
+    /// Contacts of the latest evaluation.
     pub contacts: Vec<Contact>,
-    /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else
-    /// empty.
+    /// The configuration of `contacts`, if these are all its exact contacts within `exact_within`
+    /// \[m\]; else empty.
     exact_at: Vec<f64>,
     exact_within: f64,
     /// The configuration that a check of this query last called free, else empty; and the clearance
-    /// that it was asked to keep \[m\].
+    /// \[m\] that it was checked for.
     free_at: Vec<f64>,
     free_keeps: f64,
 }
 
 impl Evaluator {
-    /// Begins a query, which may spend so much; the check of its configuration is counted.
+    /// Begins a query with this limit, and counts the check of its configuration.
     pub fn begin(&mut self, limit: Deadline) {
-        // Queries of a batch share who may stop them: counting who holds it, each anew, would have
-        // threads wait for each other.
+        // Queries of a batch share one stop. Cloning it for each would make threads contend for its
+        // reference count.
         if self.limit.stop == limit.stop {
             (self.limit.checks, self.limit.deadline) = (limit.checks, limit.deadline);
         } else {
@@ -59,7 +57,7 @@ impl Evaluator {
         self.free_at.clear();
     }
 
-    /// Begins the search of another group, whose checker looks at other pairs.
+    /// Begins the search of another group, whose checker checks other pairs.
     pub fn begin_group(&mut self) {
         self.check.forget_contacts();
         self.exact_at.clear();
@@ -67,13 +65,14 @@ impl Evaluator {
         (self.needs_exit, self.reserved) = (true, 0);
     }
 
-    /// Notes that so many exits are known, of those that are wanted.
+    /// Records that `known` exits of the `wanted` ones are known.
     pub fn note_exits(&mut self, known: usize, wanted: usize) {
         self.needs_exit = known == 0;
         self.reserved = if wanted > 1 { known.min(wanted) } else { 0 };
     }
 
-    /// Whether the budget is spent; whoever goes on asks, and ends if it is.
+    /// Whether the budget is spent. Each step calls this before it begins, and does not begin if
+    /// so.
     pub fn is_spent(&self) -> bool {
         let is_spent = match self.needs_exit {
             true => self.is_stopped(),
@@ -83,25 +82,25 @@ impl Evaluator {
         is_spent
     }
 
-    /// Whether the budget was spent when something of this query would have gone on.
+    /// Whether [`Self::is_spent`] ended any step of this query.
     pub fn is_cut(&self) -> bool {
         self.is_cut.get()
     }
 
-    /// Whether the caller ended the query.
     pub fn is_stopped(&self) -> bool {
         self.limit.is_stopped()
     }
 
-    /// An exact check, counted, unless the last one that found a free configuration was of the
-    /// same. What lies beyond its limits is not free.
+    /// Labels a configuration by an exact check, and counts it unless the last check that found a
+    /// free configuration was of the same. A configuration beyond its limits is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
-        // A descent along meshes has its steps checked; where it ends is then known.
+        // The steps of a descent along meshes are checked, so its end is often known.
         if !self.free_at.is_empty() && self.free_keeps >= context.clearance && self.free_at == q {
             return Label::Free;
         }
         self.checks += 1;
-        // Steps and stored samples keep the limits; what a witness promises rests on neither.
+        // Steps and stored samples keep the limits, but the guarantee of a witness must not rely on
+        // that.
         if !context.checker.scene().space.is_within(q) {
             return Label::Colliding;
         }
@@ -114,8 +113,8 @@ impl Evaluator {
         label
     }
 
-    /// Takes the contacts at `q`; returns by how much \[m\] the worst misses the clearance
-    /// (negative: by how much it keeps it).
+    /// Evaluates the contacts at `q`; returns by how much \[m\] the worst misses the clearance,
+    /// negative if all keep it.
     pub fn contacts_at(&mut self, context: &Context, q: &[f64], query: ContactQuery) -> f64 {
         self.checks += 1;
         self.contacts.clear();
@@ -130,24 +129,25 @@ impl Evaluator {
         context.held.pairs.iter().fold(missed, |missed, pair| missed.max(self.too_far(context, q, *pair)))
     }
 
-    /// By how much \[m\] a pair that is to stay in touch is too far apart. Its nearest contact is
-    /// added where it lies beyond the margin.
+    /// Returns by how much \[m\] a pair that has to stay in touch is too far apart. Adds its
+    /// nearest contact if none is within the margin.
     fn too_far(&mut self, context: &Context, q: &[f64], pair: PairId) -> f64 {
         let known = self.contacts.iter().filter(|contact| contact.pair == pair).map(|contact| contact.distance);
         let mut nearest = known.fold(f64::INFINITY, f64::min);
         if nearest.is_infinite() {
-            let (start, query) = (self.contacts.len(), ContactQuery { margin: WHEREVER, search: ContactSearch::Exact });
+            let query = ContactQuery { margin: HELD_PAIR_MARGIN_M, search: ContactSearch::Exact };
+            let start = self.contacts.len();
             context.checker.contacts_of(q, pair, query, &mut self.check, &mut self.contacts);
             let found = &mut self.contacts[start..];
             found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-            nearest = found.first().map_or(WHEREVER, |contact| contact.distance);
+            nearest = found.first().map_or(HELD_PAIR_MARGIN_M, |contact| contact.distance);
             self.contacts.truncate(start + 1);
         }
         nearest - context.held.most
     }
 
-    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair. Where they were
-    /// known before, `check` holds the poses of whatever it saw last.
+    /// Returns the contacts nearer than `margin` \[m\] at `q`, ascending by pair. If they were
+    /// known, `check` keeps the poses of its last configuration, which may differ from `q`.
     pub fn touching(&mut self, context: &Context, q: &[f64], margin: f64) -> &[Contact] {
         if self.exact_at == q && self.exact_within >= margin {
             self.contacts.retain(|contact| contact.distance < margin);
@@ -159,7 +159,7 @@ impl Evaluator {
         &self.contacts
     }
 
-    /// Distance from the anchor, in metric units.
+    /// Returns the distance from the anchor (metric units).
     pub fn distance(&mut self, context: &Context, anchor: &Anchor, q: &[f64]) -> f64 {
         context.metric.distance_from(anchor, q, &mut self.metric)
     }
@@ -171,7 +171,7 @@ mod tests {
     use crate::query::prepared::Prepared;
     use crate::scene::builtin;
 
-    /// Whoever offers a witness, a stored sample or a step, keeps the limits; this holds if not.
+    /// Steps and stored samples keep the limits; the check must hold if one does not.
     #[test]
     fn what_lies_beyond_limits_is_not_free() {
         let world = Prepared::new(builtin::scene("planar-arm").unwrap());
@@ -179,7 +179,7 @@ mod tests {
         evaluator.begin(Deadline::default());
         let straight = [1.9, 0.0, 0.0];
         assert_eq!(evaluator.label(&context, &straight), Label::Free);
-        // The same poses, but for turns that the joint cannot make; and no poses at all.
+        // Full turns that the joint cannot make give the same poses; the others give no poses.
         for (at, value) in [(1, std::f64::consts::TAU), (2, -std::f64::consts::TAU), (0, f64::NAN), (2, f64::INFINITY)]
         {
             let mut q = straight;

@@ -1,4 +1,4 @@
-//! The distinct configurations in which the descents of one search ended, nearest first.
+//! Distinct ends of the descents of one search, nearest first.
 
 use super::local_metric::LocalMetric;
 use crate::cspace::ConfigSpace;
@@ -7,19 +7,18 @@ use crate::query::answer::{RIVAL, SEPARATION};
 /// A configuration that a descent led to.
 #[derive(Debug, Clone, Default)]
 pub struct End {
-    /// Distance from the query, in metric units.
+    /// Distance from the query \[metric units\].
     pub distance: f64,
-    /// The configuration.
     pub config: Vec<f64>,
-    /// Whether it is free, as far as contacts tell: an exit.
+    /// Whether it is free by its contacts: an exit.
     pub is_exit: bool,
     /// Whether the exact checker called it free during this query.
     pub is_verified: bool,
-    /// Whether the descent came to an end of its own: other descents that lead here are given up.
+    /// Whether the descent ended by itself, so that others that lead here are pruned.
     is_last: bool,
 }
 
-/// Ends of descents, no two of them alike: exits first, nearest first. Memory is reused.
+/// Ends of descents, no two alike: exits first, nearest first. Memory is reused.
 #[derive(Default)]
 pub struct Exits {
     ends: Vec<End>,
@@ -28,43 +27,40 @@ pub struct Exits {
 }
 
 impl Exits {
-    /// Forgets all.
     pub fn clear(&mut self) {
         self.spare.append(&mut self.ends);
         self.exits = 0;
     }
 
-    /// The nearest exit.
     pub fn nearest(&self) -> Option<&End> {
         self.iter().next()
     }
 
-    /// Distance of the nearest exit; infinite if there is none.
+    /// Returns the distance of the nearest exit; infinite if there is none.
     pub fn depth(&self) -> f64 {
         self.ceiling(1)
     }
 
-    /// An exit that is not nearer than this is not among the `wanted` nearest.
+    /// Returns the distance that an exit has to beat to be among the `wanted` nearest.
     pub fn ceiling(&self, wanted: usize) -> f64 {
         self.iter().nth(wanted - 1).map_or(f64::INFINITY, |end| end.distance)
     }
 
-    /// How many exits there are.
     pub fn len(&self) -> usize {
         self.exits
     }
 
-    /// The exits, nearest first.
+    /// Iterates over the exits, nearest first.
     pub fn iter(&self) -> impl Iterator<Item = &End> {
         self.ends[..self.exits].iter()
     }
 
-    /// The ends that descents came to by themselves, exits or not.
+    /// Iterates over the ends that descents came to by themselves, exits or not.
     pub fn last(&self) -> impl Iterator<Item = &End> {
         self.ends.iter().filter(|end| end.is_last)
     }
 
-    /// Takes in an exit; the nearest of those that are alike stays.
+    /// Adds an exit; of those that are alike, the nearest stays.
     pub fn offer(
         &mut self,
         (space, local): (&ConfigSpace, &mut LocalMetric),
@@ -94,7 +90,7 @@ impl Exits {
         self.exits += 1;
     }
 
-    /// Takes in an end that is no exit, if it is unlike all others.
+    /// Adds an end that is no exit, if it is unlike all others.
     pub fn note_stuck(&mut self, (space, local): (&ConfigSpace, &mut LocalMetric), (distance, config): (f64, &[f64])) {
         if self.ends.iter().all(|end| !are_alike(space, local, (distance, config), (end.distance, &end.config))) {
             let new = End { distance, is_exit: false, is_verified: false, is_last: true, config: self.copy(config) };
@@ -102,7 +98,7 @@ impl Exits {
         }
     }
 
-    /// Notes what the exact checker says of the nearest exit; one that collides is none.
+    /// Notes the exact check of the nearest exit, which is dropped if it collides.
     pub fn note_checked(&mut self, is_free: bool) {
         if is_free {
             self.ends[0].is_verified = true;
@@ -113,7 +109,7 @@ impl Exits {
         }
     }
 
-    /// The exits that are distinct from a witness at this distance, nearest first.
+    /// Iterates over the exits that are distinct from a witness at this distance, nearest first.
     pub fn besides<'a>(
         &'a self,
         space: &'a ConfigSpace,
@@ -123,7 +119,7 @@ impl Exits {
         self.iter().filter(move |end| !are_alike(space, local, witness, (end.distance, &end.config)))
     }
 
-    /// Whether one of them is a rival of a witness: distinct from it and hardly farther.
+    /// Returns whether an exit rivals a witness: distinct from it and hardly farther.
     pub fn rival(&self, space: &ConfigSpace, local: &mut LocalMetric, witness: (f64, &[f64])) -> bool {
         self.besides(space, local, witness).next().is_some_and(|end| end.distance <= RIVAL * witness.0)
     }
@@ -136,7 +132,7 @@ impl Exits {
     }
 }
 
-/// Whether two ends (distance, configuration) are too near each other to be distinct, see
+/// Returns whether two ends (distance, configuration) are too near each other to be distinct, see
 /// [`SEPARATION`].
 pub fn are_alike(space: &ConfigSpace, local: &mut LocalMetric, a: (f64, &[f64]), b: (f64, &[f64])) -> bool {
     local.distance(space, a.1, b.1) <= SEPARATION * a.0.min(b.0)

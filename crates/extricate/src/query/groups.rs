@@ -1,19 +1,19 @@
-//! Groups: joints that colliding pairs connect. Each group has an exit of its own, and the nearest
-//! exit of all combines them.
+//! Groups of joints that colliding pairs connect. The search finds an exit of each group alone and
+//! combines the nearest ones.
 
 use std::ops::Range;
 
 use crate::query::context::Context;
 use crate::scene::{Motion, PairId, Scene};
 
-/// Tangent coordinates in groups: a union-find forest. Coordinates of no group are *idle*.
+/// A union-find forest of tangent coordinates. Coordinates in no group are *idle*.
 #[derive(Debug, Default)]
 pub struct Groups {
     parent: Vec<usize>,
     is_idle: Vec<bool>,
-    /// Which groups were searched as they are now, by their roots.
+    /// Whether the group of each root was searched since it last changed.
     is_searched: Vec<bool>,
-    /// Memory: whether a coordinate is on a chain with a group.
+    /// Memory for [`Groups::are_one`]: whether a coordinate is on the chain of a group.
     is_on_chain: Vec<bool>,
 }
 
@@ -32,7 +32,7 @@ impl Groups {
         }
     }
 
-    /// Adds to each group the joints that it carries: they move with it in any case.
+    /// Adds to each group the joints that it carries, since they move with it in any case.
     pub fn join_carried(&mut self, context: &Context) {
         let scene = context.checker.scene();
         let is_world = |frame: usize| matches!(scene.frames[frame].motion, Motion::World);
@@ -50,7 +50,7 @@ impl Groups {
         }
     }
 
-    /// Makes the coordinates that move a pair one group; whether they were not.
+    /// Unites the coordinates that move a pair; returns whether that changed any group.
     pub fn join(&mut self, context: &Context, pair: PairId) -> bool {
         let (mut first, mut is_new) = (None, false);
         coordinates(context.checker.scene(), pair, &mut |v| {
@@ -61,14 +61,14 @@ impl Groups {
         is_new
     }
 
-    /// Makes all coordinates that may move one group; whether they were not.
+    /// Unites all coordinates that may move; returns whether that changed any group.
     pub fn join_all(&mut self, context: &Context) -> bool {
         let free = (0..self.parent.len()).filter(|v| !context.is_locked(*v));
         let Some(first) = free.clone().next() else { return false };
         free.fold(false, |is_new, v| self.unite(first, v) | is_new)
     }
 
-    /// Makes two coordinates of one group; whether they were not.
+    /// Unites two coordinates; returns whether that changed any group.
     fn unite(&mut self, a: usize, b: usize) -> bool {
         let was_idle = [a, b].map(|v| std::mem::replace(&mut self.is_idle[v], false)).contains(&true);
         let (a, b) = (self.root(a), self.root(b));
@@ -79,7 +79,7 @@ impl Groups {
         a != b || was_idle
     }
 
-    /// The least coordinate of the group that has `v`.
+    /// Returns the least coordinate of the group of `v`.
     pub fn root(&self, mut v: usize) -> usize {
         while self.parent[v] != v {
             v = self.parent[v];
@@ -87,17 +87,16 @@ impl Groups {
         v
     }
 
-    /// The roots of all groups.
     pub fn roots(&self) -> impl Iterator<Item = usize> + use<'_> {
         (0..self.parent.len()).filter(|v| self.parent[*v] == *v && !self.is_idle[*v])
     }
 
-    /// Whether the group of a root has a coordinate.
+    /// Whether the group of `root` contains coordinate `v`.
     pub fn holds(&self, root: usize, v: usize) -> bool {
         !self.is_idle[v] && self.root(v) == root
     }
 
-    /// The root of the group that moves a pair, if one does.
+    /// Returns the root of the group that moves a pair, if one does.
     pub fn root_of(&self, scene: &Scene, pair: PairId) -> Option<usize> {
         let mut root = None;
         coordinates(scene, pair, &mut |v| {
@@ -108,14 +107,16 @@ impl Groups {
         root
     }
 
-    /// The next group that was not searched as it is now; it counts as searched from then on.
+    /// Returns the next group that was not searched since it last changed, and marks it as
+    /// searched.
     pub fn next_unsearched(&mut self) -> Option<usize> {
         let next = self.roots().find(|root| !self.is_searched[*root])?;
         self.is_searched[next] = true;
         Some(next)
     }
 
-    /// Whether there is one group, and all idle joints carry it: nothing is then to be held still.
+    /// Whether there is at most one group, and all idle joints that may move carry it. No joint
+    /// then has to be held still.
     pub fn are_one(&mut self, context: &Context) -> bool {
         let (scene, mut is_on_chain) = (context.checker.scene(), std::mem::take(&mut self.is_on_chain));
         is_on_chain.clear();
@@ -132,7 +133,7 @@ impl Groups {
     }
 }
 
-/// The tangent coordinates that a frame's own joint moves.
+/// Returns the tangent coordinates of a frame's own joint.
 pub fn own(scene: &Scene, frame: usize) -> Range<usize> {
     match &scene.frames[frame].motion {
         Motion::World => 0..0,
@@ -141,11 +142,11 @@ pub fn own(scene: &Scene, frame: usize) -> Range<usize> {
     }
 }
 
-/// The tangent coordinates that move the bodies of a pair relative to each other.
+/// Calls `each` with the tangent coordinates that move the bodies of a pair relative to each other.
 pub fn coordinates(scene: &Scene, pair: PairId, each: &mut dyn FnMut(usize)) {
     let pair = &scene.pairs[pair.index()];
     let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
-    // What carries both bodies parts nothing; frames come after those that carry them.
+    // Joints that carry both bodies do not part them. Frames come after those that carry them.
     while first != second {
         let frame = if first > second { &mut first } else { &mut second };
         own(scene, *frame).for_each(&mut *each);
@@ -153,7 +154,7 @@ pub fn coordinates(scene: &Scene, pair: PairId, each: &mut dyn FnMut(usize)) {
     }
 }
 
-/// Whether nothing that may move parts a pair.
+/// Whether all coordinates that could part a pair are locked.
 pub fn is_held(context: &Context, pair: PairId) -> bool {
     let mut all = true;
     coordinates(context.checker.scene(), pair, &mut |v| all &= context.is_locked(v));

@@ -1,5 +1,4 @@
-//! Balls inside bodies, of which bounds look how deep they lie in others, and which balls and
-//! points of the surface those are.
+//! Balls inside bodies, from which bounds prove how far bodies overlap.
 
 use std::sync::Arc;
 
@@ -10,51 +9,52 @@ use crate::math::{LANES, Pose, Vec3};
 
 /// Balls inside every body of a scene, computed once.
 pub struct InnerBalls {
-    /// Of each body.
+    /// Balls of each body.
     pub bodies: Vec<Arc<Balls>>,
-    /// The same balls in coordinates of the solids, for scenes in which they stand elsewhere; and
-    /// where the solids are.
+    /// The same balls in coordinates of the solids, and the pose of each solid in its frame. Scenes
+    /// in which solids are placed elsewhere reuse them.
     solids: Vec<(Arc<[Ball]>, Pose)>,
 }
 
-/// Those of a body: the first few are large and spread out, the others follow by size.
+/// Balls of a body: the first few are large and spread out, the others follow by size, and points
+/// of the surface end the list.
 pub struct Balls {
-    /// One by one.
+    /// The balls one after another.
     pub all: Vec<Ball>,
-    /// The same, for vector instructions.
+    /// The same balls, eight a block, for vector instructions.
     pub blocks: Vec<BallBlock>,
 }
 
-/// Eight balls; a place without one has the radius minus infinity.
+/// Eight balls; an unused lane has the radius minus infinity.
 pub struct BallBlock {
-    /// Frame coordinates \[m\], axis by axis.
+    /// Centres in frame coordinates \[m\], axis by axis.
     pub centres: [[f64; LANES]; 3],
-    /// \[m\].
+    /// Radii of the balls \[m\].
     pub radii: [f64; LANES],
 }
 
 /// A ball inside a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Ball {
-    /// Frame coordinates \[m\].
+    /// Centre in frame coordinates \[m\].
     pub centre: Vec3,
-    /// \[m\]; 0 for a point of the surface.
+    /// Radius \[m\]; 0 for a point of the surface.
     pub radius: f64,
 }
 
-/// Most balls a body.
+/// Most balls with a positive radius in each body.
 pub const BALLS: usize = 24;
-/// Balls a body that a quick bound looks at, the first.
+/// Number of balls of each body, the first ones, that a quick bound uses (lab L097).
 pub const QUICK_BALLS: usize = 6;
-/// Surface points a body, spread out.
+/// Most points on the surface of each body, spread out.
 pub const SURFACE_POINTS: usize = 24;
-/// Share of a radius by which the distance from a centre may be wrong that is told by a power: more
-/// than the root of the rounding errors of two squares.
+/// Share of the radius by which rounding may falsify a distance from the centre that is computed
+/// from a power. It exceeds the root of the rounding errors of two squares.
 const CENTRE_ROUNDING: f64 = 4e-8;
 
 impl InnerBalls {
-    /// Looks for balls in every body of the checker's scene, on a grid and on the surface;
-    /// takes those of `before` where it has the same solid.
+    /// Finds balls in every body of the checker's scene, and points on its surface. Reuses those of
+    /// `before` for bodies with the same solid.
     pub fn new(checker: &Checker, before: Option<(&Checker, &Self)>) -> Self {
         let scene = checker.scene();
         let count = scene.bodies.len();
@@ -64,7 +64,7 @@ impl InnerBalls {
         let of_first = |body: usize| known(body).or_else(|| (first[body] == body).then(|| balls(checker, body).into()));
         let is_shared =
             |body: usize| scene.bodies[body].parts.iter().any(|part| shared_shape(&part.geometry).is_some());
-        // A change that brings no mesh needs no threads.
+        // A change of the scene that adds no mesh needs no threads.
         let made: Vec<Option<Arc<[Ball]>>> = match before {
             Some(_) if !(0..count).any(|body| known(body).is_none() && is_shared(body)) => {
                 (0..count).map(of_first).collect()
@@ -92,14 +92,14 @@ impl Balls {
         Self { all, blocks }
     }
 
-    /// Whether there are any but points of the surface.
+    /// Whether the body holds balls with a positive radius.
     pub fn hold_some(&self) -> bool {
         self.all.first().is_some_and(|ball| ball.radius > 0.0)
     }
 
-    /// Lower bounds \[m\] on the signed depth of points in the solid, eight an entry, given axis by
-    /// axis in a frame with the pose `pose_body_points`; into `depths`, as far as that is long: how
-    /// deep they lie in one of the balls.
+    /// Writes lower bounds \[m\] on the signed depth of points in the solid to `depths`, as far as
+    /// that is long: their depths in one of the balls. Each entry of `points` holds eight points,
+    /// axis by axis, in a frame with the pose `pose_body_points`.
     #[inline(always)]
     pub fn depths<'a>(
         &self,
@@ -109,8 +109,8 @@ impl Balls {
     ) {
         for (points, depths) in points.zip(depths) {
             let [x, y, z] = pose_body_points.points(points);
-            // Of the ball of greatest power, which is mostly the one that the point lies deepest
-            // in, and takes no root to find.
+            // The point is mostly deepest in the ball of greatest power, which needs no root to
+            // find.
             let (mut powers, mut radii) = ([f64::NEG_INFINITY; LANES], [0.0; LANES]);
             for Ball { centre, radius } in self.all.iter().take_while(|ball| ball.radius > 0.0) {
                 for lane in 0..LANES {
@@ -123,7 +123,7 @@ impl Balls {
             }
             for lane in 0..LANES {
                 let square = radii[lane] * radii[lane] - powers[lane];
-                // Near a centre, half of the digits of its distance are lost.
+                // Half of the digits of the distance are lost near a centre.
                 depths[lane] = radii[lane] * (1.0 - CENTRE_ROUNDING) - (if square > 0.0 { square } else { 0.0 }).sqrt();
             }
         }
@@ -141,10 +141,10 @@ impl BallBlock {
     }
 }
 
-/// Those of a body, in coordinates of its solid.
+/// Returns the balls of a body in coordinates of its solid.
 fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
-    // Of what may have no end a grid finds nothing, and how deep the links lie in it is told at
-    // once.
+    // A grid finds no balls in scenery, which may be unbounded, and depths of links in it are
+    // cheap.
     if checker.scene().bodies[body].parts.iter().any(|part| part.geometry.is_scenery()) {
         return Vec::new();
     }
@@ -165,8 +165,8 @@ fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
     chosen
 }
 
-/// Brings `count` balls to the front, after the largest, that are large and far from each other: of
-/// a ring, whose balls are all as large, not six side by side.
+/// Brings `count` balls to the front that are large and far from each other, after the largest. By
+/// size alone they might lie side by side, as those of a ring are all equally large.
 fn spread_first(balls: &mut [Ball], count: usize) {
     for at in 1..count.min(balls.len()) {
         let worth = |ball: &Ball| {
@@ -178,7 +178,7 @@ fn spread_first(balls: &mut [Ball], count: usize) {
     }
 }
 
-/// Farthest-point sampling.
+/// Selects up to `count` points by farthest-point sampling.
 fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
     let Some(first) = points.first() else { return Vec::new() };
     let mut chosen = vec![*first];

@@ -1,5 +1,4 @@
-//! The metric's tensor at the query: what is near and what is a random direction, as the metric
-//! sees it.
+//! The metric's tensor at the query, which measures distances and random directions near it.
 
 use crate::cspace::ConfigSpace;
 use crate::math::linear_algebra::dot;
@@ -8,11 +7,11 @@ use crate::metric::Anchor;
 use crate::metric::quadratic::Quadratic;
 use crate::query::context::Context;
 
-/// Share of the largest diagonal entry that is added to all of them.
+/// Share of the largest diagonal entry that is added to each diagonal entry.
 ///
-/// Self-motions, which move bodies little, get long steps, but not so long that every random
-/// direction is one.
-const DAMPING: f64 = 1e-3;
+/// Self-motions move bodies little and so get long steps. Damping keeps these short enough that not
+/// every random direction is a self-motion.
+const DAMPING_SHARE: f64 = 1e-3;
 
 /// A quadratic form on tangent vectors that agrees with the metric near the query.
 #[derive(Default)]
@@ -24,46 +23,43 @@ pub struct LocalMetric {
 }
 
 impl LocalMetric {
-    /// Takes the tensor at the anchor.
+    /// Sets the tensor to that of the metric at the anchor.
     pub fn set(&mut self, context: &Context, anchor: &Anchor) {
         context.metric.quadratic_model(anchor, &anchor.q, &anchor.poses, &mut self.quadratic);
         self.tensor.copy_from(&self.quadratic.tensor);
-        self.tensor.damp(DAMPING, 0.0);
+        self.tensor.damp(DAMPING_SHARE, 0.0);
         self.tensor.factor(&mut self.factor);
         self.difference.resize(self.tensor.size(), 0.0);
     }
 
-    /// Distance between two configurations as the tensor at the query has it.
+    /// Returns the distance between two configurations by the tensor at the query.
     pub fn distance(&mut self, space: &ConfigSpace, a: &[f64], b: &[f64]) -> f64 {
         space.difference(a, b, &mut self.difference);
         self.length(&self.difference)
     }
 
-    /// The tensor.
     pub fn tensor(&self) -> &QuadraticForm {
         &self.tensor
     }
 
-    /// Length of a tangent vector.
     pub fn length(&self, step: &[f64]) -> f64 {
         self.tensor.length(step)
     }
 
-    /// Inner product of two tangent vectors.
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         self.tensor.product(a, b)
     }
 
-    /// How much a linear function with the coefficients `row` can grow along a tangent vector of
-    /// length 1: the dual norm. `row` is overwritten.
+    /// Returns the dual norm of `row`: how much a linear function with these coefficients can grow
+    /// along a tangent vector of length 1. Overwrites `row`.
     pub fn slope(&self, row: &mut [f64]) -> f64 {
         self.factor.solve_lower(row);
         dot(row, row).sqrt()
     }
 
-    /// Appends coordinates of `config` to `out` in which the tensor is the identity, with the query
-    /// `q` in the origin: its length is that of [`LocalMetric::distance`] from `q`, and two of them
-    /// are as far from each other where the space between is flat.
+    /// Appends coordinates of `config` to `out` in which the tensor is the identity and the query
+    /// `q` the origin. Their Euclidean norm is [`LocalMetric::distance`] from `q`; distances
+    /// between two of them agree with it if the space between is flat.
     pub fn flatten(&mut self, space: &ConfigSpace, q: &[f64], config: &[f64], out: &mut Vec<f64>) {
         space.difference(q, config, &mut self.difference);
         self.factor.extend_upper(&self.difference, out);
@@ -75,7 +71,6 @@ impl LocalMetric {
         self.factor.solve_upper(step);
     }
 
-    /// The identity, for tests.
     #[cfg(test)]
     pub fn euclidean(nv: usize) -> Self {
         let (tensor, mut factor) = (QuadraticForm::identity(nv), Factor::default());

@@ -3,19 +3,19 @@
 //! Read in this order: `nearest_exit` (the steps); in `search`, `grouped`, `run`, `sources`,
 //! `directions` and `polish`; `groups`, `exits`, [`descent`], [`bound`], `report`.
 //!
-//! 1. *Check*: the pairs that collide at `q`; none: depth 0.
-//! 2. *Group* the joints that these pairs connect (`groups`). Each group is searched on its own,
-//!    while all other joints stay where the query has them.
-//! 3. *Search* a group: starts from one source after another (`sources`): directions in which
-//!    colliding bodies part, stored samples of a model, and around the query. Each start is
-//!    *pruned* if it cannot beat the nearest exit so far, else *descends* toward `q` along the
-//!    contacts. It ends once the exit is proved up to the gap, or when no further exit is to be
-//!    expected. If nothing is found, anything free is taken.
-//! 4. *Combine* the exits of the groups. Groups that then collide are one group, and searched
-//!    again.
+//! 1. *Check* which pairs collide at `q`; if none does, the depth is 0.
+//! 2. *Group* the joints that these pairs connect (`groups`). Each group is searched alone, while
+//!    all other joints keep their values of the query.
+//! 3. *Search* a group: starts come from one source after another (`sources`), namely directions in
+//!    which colliding bodies part, stored samples of a model, and random starts around the query.
+//!    Each start is *pruned* if it cannot beat the nearest exit so far; otherwise it *descends*
+//!    toward `q` along the contacts. The search ends once the depth is proved up to the gap, or if
+//!    no further exit is expected. If nothing is found, any free configuration is taken.
+//! 4. *Combine* the exits of the groups. Groups that then collide with each other become one group,
+//!    and are searched again.
 //! 5. *Polish* the nearest exit with exact contacts, and verify it.
 //! 6. *Prove*: with effort `proved`, branch and bound until the gap is closed.
-//! 7. *Report* what is said of the witness.
+//! 7. *Report* the properties of the witness.
 
 pub mod answer;
 mod beyond_limits;

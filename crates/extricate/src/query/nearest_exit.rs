@@ -1,4 +1,4 @@
-//! The steps of a query, see [`super`].
+//! The steps of a query, which [`super`] explains.
 
 use super::answer::{Answer, free_answer};
 use super::beyond_limits;
@@ -18,11 +18,11 @@ use super::termination::Deadline;
 use crate::cspace::{Config, Label};
 use crate::samples::{Probes, SampleQuery};
 
-/// Stored samples of another scene that effort `nearest` looks at.
-const LOOKED_AT: usize = 16;
+/// Stored samples that effort `nearest` checks in a scene other than the learned one.
+const MAX_CHECKED_SAMPLES: usize = 16;
 
-/// The nearest free configuration to `q` that the effort finds; `None` only if nothing free was
-/// found, or looking for it was stopped.
+/// Returns the nearest free configuration to `q` that the effort finds; `None` only if nothing free
+/// was found, or if the search was stopped.
 ///
 /// # Guarantee
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker
@@ -39,8 +39,8 @@ pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mu
     Some(answer)
 }
 
-/// As [`query`], for a caller who wants the witness alone: nothing is said of it, and nothing is
-/// proved but what the options ask for.
+/// Searches as [`query`], for a caller who wants the witness alone: the answer has no report, and
+/// the search proves only what the options request.
 pub fn nearest_exit(
     context: &Context,
     q: &Config,
@@ -50,8 +50,9 @@ pub fn nearest_exit(
     find(context, q, options, &mut Hint { is_unproved: true, ..Hint::default() }, scratch)
 }
 
-/// The same under the constraints of the options, as [`query`] has them; with `looks_nowhere_else`
-/// `None` also if descents find nothing, for who has no use for any other free configuration.
+/// Searches as [`nearest_exit`], under the constraints of the options. With `looks_nowhere_else`,
+/// returns `None` also if descents find nothing, for callers that have no use for other free
+/// configurations.
 pub(crate) fn nearest_exit_under(
     context: &Context,
     q: &Config,
@@ -65,7 +66,7 @@ pub(crate) fn nearest_exit_under(
     })
 }
 
-/// Steps 1 to 6.
+/// Runs steps 1 to 6 of a query.
 pub(crate) fn find(
     context: &Context,
     q: &Config,
@@ -115,9 +116,9 @@ pub(crate) fn find(
     Some(answer)
 }
 
-/// Steps 2 to 5: those of a refined query, and then of an exhaustive one if that was requested, so
-/// that more effort never ends farther away. The share of exits that may not have been met; `None`
-/// if nothing free was found.
+/// Runs steps 2 to 5, first of a refined query, then of an exhaustive one if that was requested. So
+/// more effort never ends farther away. Returns the estimated share of starts that would lead to
+/// unmet exits; `None` if nothing free was found.
 fn search_all(
     context: &Context,
     options: &QueryOptions,
@@ -133,7 +134,7 @@ fn search_all(
         Search::whole(context, plan, scratch).take_rest();
         Some(0.0)
     } else {
-        // Stored samples may all collide, whatever they were when they were stored.
+        // Stored samples may all collide here, even if they were free when they were stored.
         let unlearned = Context { stored: None, ..*context };
         search_with_plans(context, options, pairs, hint, scratch).or_else(|| {
             let goes_on = context.stored.is_some() && !scratch.evaluator.is_stopped();
@@ -144,7 +145,7 @@ fn search_all(
     unseen
 }
 
-/// The same of a query that moving it onto the limits does not free.
+/// Runs the searches of [`search_all`] if the query moved onto the limits is not the answer.
 fn search_with_plans(
     context: &Context,
     options: &QueryOptions,
@@ -154,7 +155,7 @@ fn search_with_plans(
 ) -> Option<f64> {
     let plan = Plan::of(options, context);
     let unseen = search_groups(context, plan, pairs, hint, scratch);
-    // If displacements do not add, nothing but a longer search is left to close a gap.
+    // If branch and bound cannot run, only a longer search is left to close the gap.
     let is_all = options.effort == Effort::Proved && !Branches::can_search(context);
     scratch.known.proof.set_colliding(pairs.at_query.iter().copied());
     if matches!(options.effort, Effort::Exhaustive | Effort::Proved) {
@@ -177,15 +178,15 @@ fn search_with_plans(
     longer.or(unseen)
 }
 
-/// Effort `nearest`: the stored sample that is nearest to the query, free as of learning, or in
-/// another scene the first of a few that is free there. Whether there is one.
+/// Takes the answer of effort `nearest`: the nearest stored sample, free as of learning, or in
+/// another scene the first of a few that is free there. Returns whether there is one.
 fn take_nearest_sample(context: &Context, answer: &mut Answer, scratch: &mut QueryScratch) -> bool {
     let Some(stored) = context.stored.filter(|_| context.locked.is_empty()) else { return false };
     let QueryScratch { evaluator, known, boundary, near, .. } = scratch;
     let is_here = stored.holding.is_none();
     let (wanted, count) = match is_here {
         true => (SampleQuery { care: Probes::Glance, ..SampleQuery::NEAREST }, 1),
-        false => (SampleQuery::NEAREST, LOOKED_AT),
+        false => (SampleQuery::NEAREST, MAX_CHECKED_SAMPLES),
     };
     stored.samples.nearest(wanted, context.metric, &known.anchor, count, boundary, near);
     for &(id, depth) in near.iter() {
@@ -200,7 +201,7 @@ fn take_nearest_sample(context: &Context, answer: &mut Answer, scratch: &mut Que
     false
 }
 
-/// The exit that is nearest to the goal, of those that are verified and near enough.
+/// Returns the exit nearest to the goal among those that are verified and near enough.
 fn nearest_to_goal<'a>(context: &Context, toward: &Toward, exits: &'a Exits, nearest: &'a End) -> &'a End {
     let from_goal = |end: &&End| context.metric.distance(&end.config, &toward.goal);
     let most = nearest.distance * (1.0 + toward.share);
@@ -208,7 +209,7 @@ fn nearest_to_goal<'a>(context: &Context, toward: &Toward, exits: &'a Exits, nea
     near.min_by(|a, b| from_goal(a).total_cmp(&from_goal(b))).unwrap_or(nearest)
 }
 
-/// Whether joints that stay leave no answer: one is beyond its limits, or a pair that collides
+/// Returns whether locked joints exclude an answer: one is beyond its limits, or a colliding pair
 /// depends on them alone.
 fn nothing_may_part(context: &Context, answer: &Answer) -> bool {
     let factors = context.checker.scene().space.factors();
@@ -228,7 +229,7 @@ mod tests {
     use crate::query::termination::Termination;
     use crate::scene::builtin;
 
-    /// A model file may hold anything: no answer that is to be verified rests on its samples.
+    /// A model file may hold anything: no verified answer rests on its samples alone.
     #[test]
     fn stored_samples_that_collide_make_no_answer() {
         let prepared = Prepared::new(builtin::scene("planar-arm").unwrap());

@@ -1,4 +1,4 @@
-//! What a query is asked to do.
+//! Options of a query: what it searches for and reports.
 
 use serde::Serialize;
 
@@ -13,17 +13,18 @@ use crate::interface::{setters, words};
 #[non_exhaustive]
 pub enum Effort {
     /// The nearest stored boundary sample, or in many dimensions one nearly as near (4 % farther in
-    /// the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few
+    /// the mean on a hand of 16 joints), free as of learning. Its lower bound comes from a few
     /// balls inside the bodies of one colliding pair, often far below what the other efforts prove.
     Nearest,
-    /// Fewer descents than refined: about half the checks. One answer in a few hundred is farther.
+    /// Fewer descents than refined, with about half the checks. One answer in a few hundred is
+    /// farther.
     Quick,
     /// Descents from several starts in different directions; the best end is verified.
     #[default]
     Refined,
     /// Many starts and long refinement.
     Exhaustive,
-    /// As refined, and then branch and bound until [`QueryOptions::gap`] is proved or the budget is
+    /// As refined, then branch and bound until [`QueryOptions::gap`] is proved or the budget is
     /// spent: the depth never rises meanwhile, and the lower bound never falls. See
     /// [`super::bound::branch_and_bound`] for what it can prove.
     Proved,
@@ -50,52 +51,53 @@ pub const MAX_EXITS: usize = 100_000;
 /// Most starts in [`QueryOptions::starts`]: each takes a descent, and millions would never end.
 pub const MAX_STARTS: usize = 100_000;
 
-/// Exits that are looked for where the one nearest to a goal is chosen.
-const TO_CHOOSE: usize = 8;
+/// Exits that are searched for if the one nearest to a goal is chosen.
+const EXITS_TO_CHOOSE: usize = 8;
 
 /// Options of a query. The default is one refined answer without limits.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct QueryOptions {
-    /// How hard to try.
+    /// How hard the query tries.
     pub effort: Effort,
-    /// How many distinct exits are wanted, at least 1, see [`super::Answer::exits`]. More than one
-    /// is found by refinement, so not with [`Effort::Nearest`].
+    /// Number of distinct exits that are wanted, at least 1, see [`super::Answer::exits`]. More
+    /// than one excludes [`Effort::Nearest`], since refinement finds the others.
     pub exits: usize,
-    /// Starts of descents, all in all; `None` leaves it to the effort. Directions come first, then
-    /// stored samples of a model; the rest are around the query. Fewer are faster and find the
+    /// Number of all starts of descents; `None` leaves it to the effort. Directions come first,
+    /// then stored samples of a model; the rest are around the query. Fewer are faster and find the
     /// nearest exit less often.
     pub starts: Option<usize>,
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
     /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] if it is
     /// `None`). The other efforts stop as soon as they happen to meet it, and otherwise end as
-    /// without it: quick and refined ones at [`REFINED_GAP`] if it is `None`, exhaustive ones at
-    /// none. 0 searches on, whatever is proved. Not with several [`QueryOptions::exits`] or a goal
-    /// ([`QueryOptions::toward`]).
+    /// without it. If it is `None`, quick and refined queries stop at [`REFINED_GAP`], exhaustive
+    /// ones at no gap. 0 continues the search whatever is proved. It excludes several
+    /// [`QueryOptions::exits`] and a goal ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
-    /// ([`crate::scene::clearances`]). If nothing is found that keeps it, or only what is more than
-    /// ten times as far as the nearest exit at the scene's clearance (and what the difference moves
-    /// at least), the witness keeps as much of it as halving the difference finds near that exit,
-    /// at least the scene's. See [`super::Answer::clearance`].
+    /// ([`crate::scene::clearances`]). A witness that keeps it is too far beyond ten times the sum
+    /// of two distances: the depth at the scene's clearance and the least motion for the
+    /// difference. If no nearer one is found, the witness keeps as much of it as halving the
+    /// difference finds near that exit, at least the scene's. See [`super::Answer::clearance`].
     pub clearance: Option<f64>,
-    /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]; those
-    /// beyond their limits, or of which a pair in collision alone depends, leave no answer.
+    /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]. There
+    /// is no answer if one of them is beyond its limits, or if a colliding pair depends on them
+    /// alone.
     pub locked: Vec<usize>,
-    /// A configuration that the witness is to be near to, among exits that are nearly as near as
-    /// the nearest.
+    /// A goal to which the witness shall be near, among exits that are nearly as near as the
+    /// nearest.
     pub toward: Option<Toward>,
-    /// When to stop early.
+    /// When the query stops early.
     pub termination: Termination,
     /// Whether to prove how far around the witness nothing touches, see
     /// [`super::Answer::free_radius`]. Costs as much as many checks.
     pub free_radius: bool,
-    /// Whether to look at the straight segment to the witness, see [`super::Answer::segment`].
-    /// Costs as much as many checks.
+    /// Whether to check the straight segment to the witness, see [`super::Answer::segment`]. Costs
+    /// as much as many checks.
     pub segment: bool,
-    /// With [`Effort::Nearest`], whether to tell every pair that collides at the query, not one
-    /// alone, and the contacts at the witness; both take longer than to find it. The other efforts
-    /// tell them always.
+    /// With [`Effort::Nearest`], whether to report every pair that collides at the query, not one
+    /// alone, and the contacts at the witness; both take longer than finding it. The other efforts
+    /// always report them.
     pub contacts: bool,
 }
 
@@ -116,7 +118,7 @@ setters! {
 }
 
 impl Default for QueryOptions {
-    /// One refined answer, without limits.
+    /// Returns the options of one refined answer without limits.
     fn default() -> Self {
         Self {
             effort: Effort::default(),
@@ -135,7 +137,7 @@ impl Default for QueryOptions {
 }
 
 impl QueryOptions {
-    /// Whether every option has a value, and goes with the others.
+    /// Checks that every option has an allowed value, and that it goes with the others.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option, its value and what was expected.
@@ -163,7 +165,6 @@ impl QueryOptions {
         }
     }
 
-    /// Whether the options go with each other.
     fn check_together(&self) -> Result<()> {
         let stops = self.gap.is_some() || self.effort == Effort::Proved;
         if self.exits > 1 && self.effort == Effort::Nearest {
@@ -184,19 +185,19 @@ impl QueryOptions {
         Ok(())
     }
 
-    /// How many exits to look for: several where one of them is chosen.
+    /// Returns the number of exits to search for: several if one of them is chosen.
     pub(crate) fn wanted(&self) -> usize {
-        let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
+        let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { EXITS_TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
     }
 
-    /// The gap that ends what a refined query does: the first part of every effort above. No
-    /// default one if a witness alone is wanted.
+    /// Returns the gap that ends the refined search, with which every greater effort begins. There
+    /// is no default if only a witness is wanted.
     pub(crate) fn first_gap(&self, is_unproved: bool) -> Option<f64> {
         self.stopping(self.gap.or((!is_unproved).then_some(REFINED_GAP)))
     }
 
-    /// The gap that ends all that an effort does.
+    /// Returns the gap that ends the whole search of an effort.
     pub(crate) fn last_gap(&self) -> Option<f64> {
         self.stopping(match self.effort {
             Effort::Nearest | Effort::Exhaustive => self.gap,
@@ -209,44 +210,45 @@ impl QueryOptions {
         gap.filter(|_| self.effort != Effort::Nearest && self.wanted() == 1)
     }
 
-    /// Whether contacts are told.
+    /// Returns whether contacts are reported.
     pub(crate) fn tells_contacts(&self) -> bool {
         self.contacts || self.effort != Effort::Nearest
     }
 }
 
-/// Where the witness is to lie, where several exits are about as near.
+/// Choice of the witness if several exits are about as near: the exit nearest to a goal.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Toward {
-    /// A configuration.
+    /// Configuration to which the chosen exit is nearest.
     pub goal: Config,
-    /// Exits count that are farther than the nearest one by at most this share of its depth, at
+    /// An exit counts if it is farther than the nearest one by at most this share of its depth, at
     /// least 0.
     pub share: f64,
 }
 
 impl Toward {
-    /// Near to `goal`, among exits that are farther than the nearest by at most `share` of its
-    /// depth.
+    /// Chooses the exit nearest to `goal` among those that are farther than the nearest exit by at
+    /// most `share` of its depth.
     pub fn new(goal: Config, share: f64) -> Self {
         Self { goal, share }
     }
 }
 
-/// An option of queries, as Python spells it; the command line has `-` for `_`, C the same names.
+/// An option of queries in the spelling of Python; the command line has `-` for `_`, C the same
+/// names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OptionEntry {
-    /// Its name.
+    /// Name of the option.
     pub name: &'static str,
-    /// Its value if none is given, as Python writes it.
+    /// Default value, as Python writes it.
     pub default: &'static str,
-    /// The values that it may have.
+    /// Values that it may have.
     pub expected: &'static str,
 }
 
-/// All options of queries: what the signatures of Python, the help of the command line and the
-/// header of C are checked against.
+/// All options of queries. Signatures of Python, help of the command line and the header of C are
+/// checked against them.
 pub const QUERY_OPTIONS: &[OptionEntry] = &[
     entry("effort", "'refined'", "\"nearest\", \"quick\", \"refined\", \"exhaustive\" or \"proved\""),
     entry("exits", "1", "1 to 100000"),
@@ -267,7 +269,6 @@ const fn entry(name: &'static str, default: &'static str, expected: &'static str
     OptionEntry { name, default, expected }
 }
 
-/// The values that an option may have.
 fn expected(name: &str) -> &'static str {
     QUERY_OPTIONS.iter().find(|option| option.name == name).map_or("another value", |option| option.expected)
 }

@@ -1,4 +1,4 @@
-//! How far the search of an effort goes.
+//! Plans of searches: how far the search of an effort goes.
 
 use super::context::Context;
 use super::descent::DescentOptions;
@@ -7,77 +7,75 @@ use crate::collision::ContactSearch;
 use crate::samples::Probes;
 use crate::scene::MetricKind;
 
-/// How far a search goes.
+/// Limits of a search.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
-    /// Most displacements along separating directions that are looked at, none longer than this
-    /// factor times what is known.
+    /// Most displacements along separating directions that are visited, none longer than
+    /// `direction_factor` times the nearest depth.
     pub most_directions: usize,
     pub direction_factor: f64,
-    /// Pairs that choose a direction, one after the other.
+    /// Most pairs that choose a direction, one after another.
     pub most_choices: usize,
-    /// Stored samples that are started from.
+    /// Number of stored samples that descents start from.
     pub stored: usize,
-    /// A stored sample is too like a chosen one within this share of its own distance from the
-    /// query.
+    /// A stored sample repeats a chosen one within this share of its own distance from the query.
     pub spread: f64,
-    /// How carefully the nearest stored samples are searched for.
     pub care: Probes,
-    /// Starts around the query, and the most, for as long as they find something nearer.
+    /// Starts around the query, and the most after successes and starts that got stuck.
     pub around: usize,
     pub most_around: usize,
     around_per_dof: f64,
-    /// More starts around the query, because of further exits that are wanted.
+    /// Starts around the query that are added for further wanted exits.
     more: usize,
-    /// Whether the first exit ends the search.
+    /// Whether the first exit ends the search; it is then not polished.
     pub takes_first: bool,
-    /// See [`super::descent::prune::Pruning::factor`].
+    /// Multiple of the depth that prunes, see [`super::descent::prune::Pruning::factor`].
     pub prune_factor: f64,
-    /// For every descent.
     pub descent: DescentOptions,
-    /// For the last one, from the nearest exit.
+    /// Options of the last descent, from the nearest exit.
     pub polish: DescentOptions,
 }
 
-/// Contacts are looked for as far as this \[m\], and known of solved samples.
+/// Contacts are searched for up to this distance beyond the clearance \[m\], and stored that far
+/// with solved samples.
 pub const MARGIN: f64 = 0.05;
-/// And within this share of the farthest motion.
-const REACH: f64 = 0.1;
-/// Starts around the query for each degree of freedom: with one and a half times as many one query
-/// in 700 fewer misses, for a quarter more checks.
+/// Contacts farther than this share of the farthest motion are not searched for either.
+const REACH_SHARE: f64 = 0.1;
+/// Starts around the query for each degree of freedom. With 1.5, one query in 700 fewer misses, for
+/// a quarter more checks.
 const AROUND_PER_DOF: f64 = 1.0;
-/// A scene of fewer degrees of freedom has as many starts as one of these: for a planar arm among
-/// shelves and a box in a room half of the misses go, for a third more checks there.
-const FEWEST_DEGREES: usize = 6;
-/// The same of a quick query.
+/// Scenes with fewer degrees of freedom get as many starts as with this many. For a planar arm
+/// among shelves and a box in a room, half of the misses go, for a third more checks there.
+const MIN_DEGREES: usize = 6;
+/// Starts around a quick query for each degree of freedom.
 const QUICK_AROUND_PER_DOF: f64 = 0.1;
-/// Most starts around the query.
-const MOST_AROUND: usize = 128;
-/// More starts for every further exit that is wanted: each must be found, not only the nearest.
-const STARTS_AN_EXIT: usize = 4;
-/// Stored samples and starts around the query of an exhaustive query: among 1,000 small boxes half
-/// as many miss one exit in fifty more.
+/// Most starts around the query, unless it is exhaustive or its options set their number.
+const MAX_AROUND: usize = 128;
+/// Starts that are added for every further wanted exit: each must be found, not only the nearest.
+const STARTS_PER_EXIT: usize = 4;
+/// Stored samples and starts around the query of an exhaustive query. Among 1,000 small boxes, one
+/// exit in fifty more is missed with half as many.
 const EXHAUSTIVE_STARTS: (usize, usize) = (256, 512);
 
-/// The last descent along smooth contacts: to the digits that anyone would look at.
+/// The last descent along smooth contacts, to all digits that matter to a reader.
 const POLISH: DescentOptions = DescentOptions {
     iterations: 60,
     margin: MARGIN,
-    reach: REACH,
+    reach: REACH_SHARE,
     search: ContactSearch::Exact,
     radius: 0.05,
     tolerance: 1e-5,
 };
-/// With meshes, from an exit that clears the pieces around them: exact contacts of pairs farther
-/// apart than those stand out would take most of the time of a query, and between corners nothing
-/// converges to the last digit.
+/// The last descent with meshes, from an exit that clears the pieces around them. Exact contacts of
+/// pairs farther apart than pieces stand out would take most of the time of a query. Between
+/// corners nothing converges to the last digit.
 pub const POLISH_MESHES: DescentOptions = DescentOptions { reach: 0.01, tolerance: 1e-3, ..POLISH };
-/// Where the metric bends, one answer in twenty stopped between 1e-3 and 1e-2 short with that; with
-/// this one in forty does, for a twentieth more time.
+/// The last descent with meshes under the metrics of bodies. With a tolerance of 1e-3, one answer
+/// in twenty stopped 1e-3 to 1e-2 short; now one in forty does, for a twentieth more time.
 const POLISH_MESHES_BENT: DescentOptions = DescentOptions { tolerance: 3e-4, ..POLISH_MESHES };
 
 impl Plan {
-    /// What the options ask for, of a search over all joints.
+    /// Returns the plan of a search over all joints with these options.
     pub fn of(options: &QueryOptions, context: &Context) -> Self {
         let is_flat = context.metric.kind() == MetricKind::Joint;
         let polish = match (context.checker.all_convex(), is_flat) {
@@ -86,7 +84,7 @@ impl Plan {
             (false, false) => POLISH_MESHES_BENT,
         };
         let around_per_dof = if options.effort == Effort::Quick { QUICK_AROUND_PER_DOF } else { AROUND_PER_DOF };
-        let more = STARTS_AN_EXIT * options.wanted().saturating_sub(1).min(MOST_AROUND / STARTS_AN_EXIT);
+        let more = STARTS_PER_EXIT * options.wanted().saturating_sub(1).min(MAX_AROUND / STARTS_PER_EXIT);
         let plan = Self {
             most_directions: 32,
             direction_factor: 1.5,
@@ -95,7 +93,7 @@ impl Plan {
             spread: 0.4,
             care: Probes::Quick,
             around: 0,
-            most_around: MOST_AROUND.max(more),
+            most_around: MAX_AROUND.max(more),
             around_per_dof,
             more,
             takes_first: options.effort == Effort::Nearest,
@@ -103,14 +101,14 @@ impl Plan {
             descent: DescentOptions {
                 iterations: 40,
                 margin: MARGIN,
-                reach: REACH,
+                reach: REACH_SHARE,
                 search: ContactSearch::Proposal,
                 radius: 0.45,
                 tolerance: 1e-4,
             },
             polish,
         };
-        let plan = plan.over(context.checker.scene().space.nv().max(FEWEST_DEGREES));
+        let plan = plan.over(context.checker.scene().space.nv().max(MIN_DEGREES));
         match options.starts {
             // The first direction is the query itself.
             Some(count) => {
@@ -122,19 +120,19 @@ impl Plan {
         }
     }
 
-    /// The same of a search over so many degrees of freedom.
+    /// Scales the plan to a search over so many degrees of freedom.
     pub fn over(self, degrees: usize) -> Self {
         let scaled = (self.around_per_dof * degrees as f64).round() as usize + self.more;
         Self { around: scaled.min(self.most_around), ..self }
     }
 
-    /// The same with so many starts around the query in all joints, and as large a share in some.
+    /// Sets the number of starts around the query in all joints; fewer joints get a like share.
     fn with_around(self, around: usize, context: &Context) -> Self {
         let around_per_dof = around as f64 / context.checker.scene().space.nv() as f64;
         Self { around, around_per_dof, more: 0, ..self }
     }
 
-    /// The same, as far as an exhaustive query goes.
+    /// Extends the plan to that of an exhaustive query.
     pub fn exhaustive(self, context: &Context, options: &QueryOptions) -> Self {
         let (stored, around) = options.starts.map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
         let all_convex = context.checker.all_convex();

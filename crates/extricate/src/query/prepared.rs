@@ -1,4 +1,4 @@
-//! A scene with all that queries of it stand on.
+//! A scene prepared for queries: its checker, metric and inner balls.
 
 use std::sync::Arc;
 
@@ -23,14 +23,14 @@ impl Prepared {
         Self::from_parts(checker, metric)
     }
 
-    /// Puts together what a model file keeps.
+    /// Prepares the scene of a checker and a metric that were restored from a model file.
     pub fn from_parts(checker: Checker, metric: Metric) -> Self {
         let balls = InnerBalls::new(&checker, None);
         Self { checker, metric: metric.into(), balls }
     }
 
-    /// Prepares another scene, and shares what this one has prepared of equal bodies. Answers are
-    /// those of [`Prepared::new`].
+    /// Prepares another scene, and reuses the data of equal bodies. Answers equal those of
+    /// [`Prepared::new`].
     pub fn with_scene(&self, scene: impl Into<Arc<Scene>>) -> Self {
         let checker = self.checker.for_scene(scene.into());
         let scene = checker.scene_arc();
@@ -42,30 +42,30 @@ impl Prepared {
         Self { checker, metric, balls }
     }
 
-    /// The scene that is prepared.
+    /// Returns the prepared scene.
     pub fn scene(&self) -> &Arc<Scene> {
         self.checker.scene_arc()
     }
 
-    /// Its exact checker.
+    /// Returns the exact checker of the scene.
     pub fn checker(&self) -> &Checker {
         &self.checker
     }
 
-    /// Its metric.
+    /// Returns the metric of the scene.
     pub fn metric(&self) -> &Arc<Metric> {
         &self.metric
     }
 
-    /// What a query stands on, with what a model has stored. All that queries need of meshes is
-    /// made by then: no answer depends on what was asked before, and no query spends its time on
-    /// it.
+    /// Returns the shared data of a query, with the stored samples of a model. Completes the convex
+    /// pieces of meshes first, so that answers do not depend on earlier queries and no query spends
+    /// its time on them.
     pub fn with<'a>(&'a self, stored: Option<Stored<'a>>) -> Context<'a> {
         self.checker.prepare_proposals();
         Context::new(&self.checker, &self.metric, &self.balls, stored)
     }
 
-    /// What a query stands on if nothing was learned.
+    /// Returns the shared data of a query without a model.
     pub fn context(&self) -> Context<'_> {
         self.with(None)
     }
@@ -80,7 +80,7 @@ pub(crate) mod tests {
     use crate::cspace::sampling::uniform;
     use crate::cspace::{Config, Label};
 
-    /// Uniform colliding configurations that nothing else uses.
+    /// Draws uniform colliding configurations with a seed that nothing else uses.
     pub fn colliding(prepared: &Prepared, count: usize) -> Vec<Config> {
         let space = &prepared.scene().space;
         let (mut rng, mut q) = (ChaCha8Rng::seed_from_u64(4711), vec![0.0; space.nq()]);

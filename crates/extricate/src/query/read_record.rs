@@ -1,4 +1,4 @@
-//! An answer that was written down with names, read back.
+//! Reading of an answer from its record.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use crate::scene::{PairId, Scene};
 
 type PairNames = [String; 2];
 
-/// The keys of [`super::AnswerRecord`]; those that earlier versions did not write have a default.
+/// The keys of [`super::AnswerRecord`]. Keys that earlier versions did not write have a default.
 #[derive(Deserialize)]
 struct Record {
     depth: f64,
@@ -64,13 +64,13 @@ struct ExitRecord {
 }
 
 impl Answer {
-    /// The answer whose [`Answer::record`], written as JSON, is `json`; `name` is what messages
-    /// call it. Other keys are ignored. What it says is taken as it is; only that it fits the scene
-    /// is checked. A joint beyond its limits becomes the first of its coordinates.
+    /// Reads the answer whose [`Answer::record`], written as JSON, is `json`; messages call it
+    /// `name`. Other keys are ignored. Values are taken as they are; only whether they fit the
+    /// scene is checked. A joint beyond its limits becomes the first of its coordinates.
     ///
     /// # Errors
-    /// [`Error::Input`] for a text that is no such record, a name that the scene does not have, and
-    /// a witness that is no configuration of it.
+    /// [`Error::Input`] for a text that is no such record, a name that the scene does not have, or
+    /// a witness that is no configuration of the scene.
     pub fn from_record(name: &str, json: &str, scene: &Scene) -> Result<Self> {
         let unread = |error: serde_json::Error| {
             Error::input(name, "answer", format!("{error}, expected what `extricate query --json` prints"))
@@ -80,7 +80,7 @@ impl Answer {
     }
 }
 
-/// Finds what names of a scene stand for.
+/// Resolves the names of a scene.
 struct Reader<'a> {
     name: &'a str,
     scene: &'a Scene,
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
         names.iter().map(|names| self.pair(names)).collect()
     }
 
-    /// The first coordinates of joints.
+    /// Returns the first coordinate of each joint.
     fn coordinates(&self, joints: &[String]) -> Result<Vec<usize>> {
         let problem = |name: &String| format!("got {name}, expected a joint of the scene");
         let first = |name: &String| {

@@ -1,4 +1,4 @@
-//! An answer with names in place of indices: what every shell shows of it.
+//! Records of answers, with names in place of indices, which all shells show.
 
 use serde::Serialize;
 
@@ -16,19 +16,19 @@ pub type PairNames<'a> = [&'a str; 2];
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct AnswerRecord<'a> {
-    /// See [`Answer::depth`].
+    /// Distance from the query to the witness, see [`Answer::depth`].
     pub depth: f64,
-    /// See [`Answer::lower_bound`].
+    /// Proved lower bound on the depth, see [`Answer::lower_bound`].
     pub lower_bound: f64,
-    /// See [`Answer::gap`].
+    /// Share of the depth that is not proved, see [`Answer::gap`].
     pub gap: f64,
-    /// See [`Answer::unproved`].
+    /// Why nothing is proved, see [`Answer::unproved`].
     pub unproved: Option<Unproved>,
-    /// See [`Answer::witness`].
+    /// The free configuration that was found, see [`Answer::witness`].
     pub witness: &'a Config,
-    /// See [`Answer::checks`].
+    /// Checks and distance evaluations spent, see [`Answer::checks`].
     pub checks: usize,
-    /// See [`Answer::max_displacement`].
+    /// Largest displacement of any point \[m\], see [`Answer::max_displacement`].
     pub max_displacement: f64,
     /// The bodies of each pair that collides at the query.
     pub colliding: Vec<PairNames<'a>>,
@@ -36,32 +36,32 @@ pub struct AnswerRecord<'a> {
     pub outside: Vec<&'a str>,
     /// The bodies of each pair that touches at the witness.
     pub touching: Vec<PairNames<'a>>,
-    /// See [`Answer::unseen`].
+    /// Estimated share of starts that lead to unmet exits, see [`Answer::unseen`].
     pub unseen: Option<f64>,
-    /// See [`Answer::nearest`].
+    /// Depth of the nearest exit if the witness is a proxy, see [`Answer::nearest`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nearest: Option<f64>,
-    /// See [`Answer::clearance`].
+    /// Clearance that the witness keeps \[m\], see [`Answer::clearance`].
     pub clearance: f64,
-    /// See [`Answer::verified`].
+    /// Whether the witness was checked in this query, see [`Answer::verified`].
     pub verified: bool,
-    /// See [`Answer::effort`].
+    /// The effort that was requested, see [`Answer::effort`].
     pub effort: Effort,
-    /// See [`Answer::contacts`].
+    /// Contacts at the witness, see [`Answer::contacts`].
     pub contacts: Vec<ContactRecord<'a>>,
-    /// See [`Answer::gradient`].
+    /// Gradient of the depth over the query, see [`Answer::gradient`].
     pub gradient: &'a [f64],
-    /// See [`Answer::unique`].
+    /// Whether no exit about as near was met, see [`Answer::unique`].
     pub unique: bool,
-    /// See [`Answer::cut_short`].
+    /// Whether a limit ended the search, see [`Answer::cut_short`].
     pub cut_short: bool,
-    /// See [`Answer::exits`].
+    /// The distinct exits, nearest first, see [`Answer::exits`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exits: Vec<ExitRecord<'a>>,
-    /// See [`Answer::free_radius`].
+    /// Proved distance without contact, see [`Answer::free_radius`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub free_radius: Option<f64>,
-    /// See [`Answer::segment`].
+    /// The straight segment to the witness, see [`Answer::segment`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segment: Option<StraightSegment>,
 }
@@ -96,7 +96,7 @@ pub struct ExitRecord<'a> {
 }
 
 impl<'a> ContactRecord<'a> {
-    /// The contact with the names of its scene.
+    /// Names a contact of `scene`.
     pub fn new(contact: &Contact, scene: &'a Scene) -> Self {
         let Contact { pair, distance, point_first, point_second, normal } = *contact;
         let [point_first, point_second, normal] = [point_first, point_second, normal].map(Into::into);
@@ -105,7 +105,7 @@ impl<'a> ContactRecord<'a> {
 }
 
 impl Answer {
-    /// The answer with the names of `scene`, in which the query was.
+    /// Returns the answer with the names of `scene`, in which the query was made.
     pub fn record<'a>(&'a self, scene: &'a Scene) -> AnswerRecord<'a> {
         let named = |pairs: &[PairId]| pairs.iter().map(|pair| scene.pair_names(*pair)).collect::<Vec<_>>();
         let exit =

@@ -1,4 +1,5 @@
-//! Which pairs collide, and how near the nearest are.
+//! Collisions of pairs at a configuration, and the least signed distance of all pairs. [`Checker`]
+//! documents these functions at its methods of the same names.
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::narrow_phase;
@@ -6,11 +7,10 @@ use crate::collision::narrow_phase::best_first::Entry;
 use crate::collision::prepared::Placement;
 use crate::scene::PairId;
 
-/// How a pair in the queue is bounded.
+/// Tags of queue entries: whether bounding balls or boxes gave the bound.
 const BY_BALL: u32 = 0;
 const BY_BOX: u32 = 1;
 
-/// See [`Checker::colliding_pairs`].
 pub fn colliding_pairs(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, pairs: &mut Vec<PairId>) {
     checker.place(q, scratch);
     checker.find_near(checker.most_clearance, scratch);
@@ -21,7 +21,6 @@ pub fn colliding_pairs(checker: &Checker, q: &[f64], scratch: &mut CheckScratch,
     scratch.broad.pairs = near;
 }
 
-/// See [`Checker::collide`].
 pub fn collide(
     checker: &Checker,
     q: &[f64],
@@ -32,7 +31,6 @@ pub fn collide(
     pairs.map(|pair| checker.pair_collides(pair.index(), scratch)).collect()
 }
 
-/// See [`Checker::colliding_pair`].
 pub fn colliding_pair(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Option<PairId> {
     checker.place(q, scratch);
     checker.find_near(checker.most_clearance, scratch);
@@ -40,7 +38,8 @@ pub fn colliding_pair(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) 
     queue.clear();
     queue.extend(broad.pairs.iter().map(|&index| gap_of_balls(checker, index, placement)));
     broad.pairs.clear();
-    // What balls prove is told soonest; surfaces that are near and do not meet take longest.
+    // Collisions that inner balls prove are found fastest. Surfaces that are near without meeting
+    // take longest, so exact checks come last.
     while let Some(Entry { second, .. }) = scratch.queue.pop() {
         if checker.pair_seen_to_collide(second as usize, scratch) {
             return Some(PairId::new(second as usize));
@@ -59,7 +58,6 @@ fn gap_of_balls(checker: &Checker, index: u32, placement: &Placement) -> Entry {
     Entry { bound, first: BY_BALL, second: index }
 }
 
-/// See [`Checker::clearance`].
 pub fn clearance(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> f64 {
     checker.place(q, scratch);
     let CheckScratch { placement, queue, .. } = scratch;

@@ -1,17 +1,16 @@
-//! How deep a point lies in a body, as far as it matters to the caller.
+//! How deep points lie in bodies, and cheap bounds on that depth. [`Checker`] documents the public
+//! functions at its methods of the same names.
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::prepared::{PreparedPart, PreparedShape};
 use crate::collision::shapes::{Shape, ShapeKind, slab_depth};
 use crate::math::{LANES, Pose, Vec3};
 
-/// See [`Checker::solid_depth`].
 pub fn solid_depth(checker: &Checker, body: usize, point_frame: &Vec3) -> f64 {
     let mut scratch = CheckScratch::default();
     solid_depth_above(checker, body, point_frame, f64::NEG_INFINITY, &mut scratch).unwrap_or(f64::NEG_INFINITY)
 }
 
-/// See [`Checker::solid_depth_above`].
 pub fn solid_depth_above(
     checker: &Checker,
     body: usize,
@@ -32,7 +31,6 @@ pub fn solid_depth_above(
     deepest
 }
 
-/// See [`Checker::solid_depth_bounds`].
 #[inline(always)]
 pub fn solid_depth_bounds<'a>(
     checker: &Checker,
@@ -55,7 +53,7 @@ pub fn solid_depth_bounds<'a>(
                 }
                 continue;
             }
-            // Of a point outside, the farthest coordinate is not farther than the point.
+            // The largest excess along an axis is at most the distance of a point outside the box.
             for lane in 0..LANES {
                 let beyond = |axis: usize| (placed[axis][lane] - center[axis]).abs() - half[axis];
                 let [x, y, z] = [beyond(0), beyond(1), beyond(2)];
@@ -67,12 +65,14 @@ pub fn solid_depth_bounds<'a>(
     }
 }
 
-/// Depth \[m\] in the box around a shape, which is not less than that in the shape.
+/// Returns the depth \[m\] of a point in the box around a shape, which is at least that in the
+/// shape.
 fn depth_in_box(shape: &Shape, point: &Vec3) -> f64 {
     slab_depth((point - shape.bounds.center).abs() - shape.bounds.half)
 }
 
-/// `false` is proved by the shape's box, or by a plane that a hull lies behind.
+/// Returns `false` if the shape's box, its convex pieces, or a plane that it lies behind prove that
+/// the point is not deeper than `least` \[m\].
 fn may_be_deeper(prepared: &PreparedShape, point: &Vec3, least: f64) -> bool {
     let shape = &prepared.shape;
     if depth_in_box(shape, point) <= least {
@@ -80,8 +80,8 @@ fn may_be_deeper(prepared: &PreparedShape, point: &Vec3, least: f64) -> bool {
     }
     match &shape.kind {
         ShapeKind::Convex(solid) => solid.planes().iter().all(|(n, offset)| offset - n.dot(point) > least),
-        // Its pieces hold it, and their boxes hold less than its own: not the hole of a ring. Wrong
-        // ones would lose depth, so that bounds become lower, never too high.
+        // The pieces hold the mesh, and their boxes fill less than its own, such as not the hole of
+        // a ring. Wrong pieces would lose depth, so that bounds become lower, never too high.
         ShapeKind::Mesh(mesh) => {
             let reach = (-least).max(0.0);
             prepared.known_cover().is_none_or(|pieces| pieces.are_near(point, reach, &mesh.tree.cuboid))

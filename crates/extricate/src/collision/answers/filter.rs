@@ -1,10 +1,9 @@
-//! Which points of a cloud are the robot's own.
+//! Removes the points of the robot itself from a cloud; see [`Checker::robot_filter`].
 
 use super::depth::solid_depth_above;
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::math::Vec3;
 
-/// See [`Checker::robot_filter`].
 pub fn robot_filter(
     checker: &Checker,
     q: &[f64],

@@ -1,13 +1,13 @@
-//! What the checker finds where bodies are near: contacts, pairs that collide often.
+//! Contacts and signed distances of checked pairs, and pairs that collide often. [`Checker`]
+//! documents the functions without docs at its methods of the same names.
 
 use std::collections::BTreeMap;
 
 use crate::collision::checker::{CheckScratch, Checker};
-use crate::collision::contacts::{self, BEYOND_NEAREST, Contact, ContactQuery, ContactSearch};
+use crate::collision::contacts::{self, BEYOND_NEAREST_SHARE, Contact, ContactQuery, ContactSearch};
 use crate::collision::narrow_phase;
 use crate::scene::PairId;
 
-/// See [`Checker::contacts`].
 pub fn contacts(
     checker: &Checker,
     q: &[f64],
@@ -23,7 +23,6 @@ pub fn contacts(
     }
 }
 
-/// See [`Checker::contacts_of`].
 pub fn contacts_of(
     checker: &Checker,
     q: &[f64],
@@ -56,24 +55,22 @@ fn of_pair(
     contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
 }
 
-/// See [`Checker::contacts_are_complete`].
 pub fn contacts_are_complete(checker: &Checker, search: ContactSearch) -> bool {
     checker.bodies.all_convex || search == ContactSearch::Proposal
 }
 
-/// See [`Checker::exact_within`].
 pub fn exact_within(checker: &Checker, margin: f64) -> f64 {
-    if checker.bodies.all_convex && !checker.bodies.has_scenery { margin } else { BEYOND_NEAREST * margin }
+    if checker.bodies.all_convex && !checker.bodies.has_scenery { margin } else { BEYOND_NEAREST_SHARE * margin }
 }
 
-/// Signed distance \[m\] of every checked pair at `q`, by pair: what [`Checker::clearance`] is the
-/// least of, and as exact.
+/// Returns the signed distance \[m\] of every checked pair at `q`, in the order of the pairs.
+/// [`Checker::clearance`] is the least of them, and they are as exact.
 pub fn signed_distances(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
     let pairs: Vec<PairId> = (0..checker.pairs.len()).map(PairId::new).collect();
     signed_distances_of(checker, q, &pairs, scratch)
 }
 
-/// The same of some of the pairs, in their order.
+/// Returns the signed distances \[m\] of some checked pairs at `q`, in the order of `pairs`.
 pub fn signed_distances_of(checker: &Checker, q: &[f64], pairs: &[PairId], scratch: &mut CheckScratch) -> Vec<f64> {
     checker.place(q, scratch);
     let distance = |pair: &PairId| {
@@ -87,10 +84,7 @@ pub fn signed_distances_of(checker: &Checker, q: &[f64], pairs: &[PairId], scrat
     pairs.iter().map(distance).collect()
 }
 
-/// Appends the contacts of all checked pairs that are nearer than `within` \[m\] at `q`, free or
-/// not, in the order of the pairs. Distances are signed ones between the bodies, whatever
-/// clearances they keep; else as
-/// [`Checker::contacts`].
+/// Appends contacts as [`Checker::contacts_within`] does.
 pub fn contacts_within(
     checker: &Checker,
     q: &[f64],
@@ -98,11 +92,11 @@ pub fn contacts_within(
     scratch: &mut CheckScratch,
     contacts: &mut Vec<Contact>,
 ) {
-    // Those of the checker are less what a pair keeps beyond the scene's clearance.
+    // The checker subtracts from distances what a pair keeps beyond the scene's clearance.
     let least = (0..checker.pairs.len()).map(|pair| checker.excess(pair)).fold(0.0, f64::min);
     let query = ContactQuery { margin: within - least, search: ContactSearch::Exact };
     let start = contacts.len();
-    // The same to the last bit, whatever was asked before.
+    // Results then are the same to the last bit, whatever was queried before.
     scratch.forget_contacts();
     self::contacts(checker, q, query, scratch, contacts);
     contacts[start..].iter_mut().for_each(|contact| contact.distance += checker.excess(contact.pair.index()));
@@ -113,14 +107,14 @@ pub fn contacts_within(
     });
 }
 
-/// Indices of the checked pairs that collide at every one of `configs` (none where there are no
-/// configurations): most likely links that overlap by design and should not be checked.
+/// Returns the checked pairs that collide at every one of `configs` (none if there are no
+/// configurations). They are most likely links that overlap by design and should not be checked.
 pub fn always_colliding(checker: &Checker, configs: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Vec<PairId> {
     nearly_always_colliding(checker, configs, 0).into_iter().map(|(pair, _)| pair).collect()
 }
 
-/// Indices of the checked pairs that collide at all but at most `misses` of `configs`, and at how
-/// many, in the order of the pairs.
+/// Returns the checked pairs that collide at all but at most `misses` of `configs`, with the number
+/// of collisions, in the order of the pairs.
 pub fn nearly_always_colliding(
     checker: &Checker,
     configs: impl IntoIterator<Item = impl AsRef<[f64]>>,
@@ -129,8 +123,8 @@ pub fn nearly_always_colliding(
     let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
     let (mut counts, mut seen) = (BTreeMap::new(), 0);
     let mut configs = configs.into_iter();
-    // Each such pair collides at one of the first `misses + 1`; few do, and only they are looked at
-    // from then on.
+    // Each such pair collides at one of the first `misses + 1` configurations. Few pairs do, and
+    // only those are checked from then on.
     for q in configs.by_ref().take(misses.saturating_add(1)) {
         pairs.clear();
         checker.colliding_pairs(q.as_ref(), &mut scratch, &mut pairs);
@@ -152,8 +146,8 @@ pub fn nearly_always_colliding(
     left
 }
 
-/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most
-/// frequent first.
+/// Returns the checked pairs that collide at any of `configs`, with the number of collisions, the
+/// most frequent first.
 pub fn most_often_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<(PairId, usize)> {
     let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
     let mut counts = vec![0; checker.scene().pairs.len()];
@@ -224,7 +218,7 @@ mod tests {
                 let own =
                     contacts.iter().filter(|contact| contact.pair.index() == pair).map(|contact| contact.distance);
                 let nearest = own.fold(f64::INFINITY, f64::min);
-                // Those of overlapping meshes are estimates.
+                // Contacts of overlapping meshes are estimates.
                 let expected = if *distance < within { *distance } else { f64::INFINITY };
                 let agree =
                     nearest == expected || (nearest - expected).abs() < 1e-6 || *distance < 0.0 && nearest <= within;

@@ -1,4 +1,5 @@
-//! Labels of configurations: of one, of many on one thread, of many on all threads.
+//! Labels of one configuration, and of batches on one thread or on all. [`Checker`] documents the
+//! public functions at its methods of the same names.
 
 use rayon::prelude::*;
 
@@ -8,11 +9,10 @@ use crate::cspace::Label;
 use crate::kinematics::LANES;
 use crate::math::Vec3;
 
-/// Configurations that a thread labels before it looks for more: enough to make handing out work
+/// Configurations that a thread labels before it requests more: enough to make handing out work
 /// cheap, few enough that no thread ends long after the others.
-const CHUNK: usize = 64;
+const CHUNK_CONFIGS: usize = 64;
 
-/// See [`Checker::label`].
 pub fn label(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Label {
     checker.place(q, scratch);
     if recent_collides(checker, scratch) {
@@ -22,26 +22,24 @@ pub fn label(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Label 
     label_found(checker, scratch)
 }
 
-/// See [`Checker::label_batch`].
 pub fn label_batch(checker: &Checker, configs: &[f64], labels: &mut [Label]) {
     assert_rows(checker, configs, labels);
-    let width = CHUNK * checker.scene.space.nq();
+    let width = CHUNK_CONFIGS * checker.scene.space.nq();
     configs
         .par_chunks(width)
-        .zip(labels.par_chunks_mut(CHUNK))
+        .zip(labels.par_chunks_mut(CHUNK_CONFIGS))
         .for_each_init(CheckScratch::default, |scratch, (configs, labels)| {
             label_rows(checker, configs, labels, scratch)
         });
 }
 
-/// See [`Checker::label_batch_serial`].
 pub fn label_batch_serial(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch: &mut CheckScratch) {
     assert_rows(checker, configs, labels);
     label_rows(checker, configs, labels, scratch);
 }
 
-/// Blocks of configurations are placed together; a configuration that the broad phase finds
-/// nothing for needs no more.
+/// Labels configurations block by block. Bodies are fully placed only at those configurations for
+/// which pairs are left to check.
 fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch: &mut CheckScratch) {
     let (scene, nq) = (&*checker.scene, checker.scene.space.nq());
     checker.adopt(scratch);
@@ -72,7 +70,7 @@ fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch:
     }
 }
 
-/// Whether one of the pairs that collided last does so again.
+/// Returns whether one of the pairs that collided last does so again.
 fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
     for pair in scratch.history.recent {
         if pair != NO_PAIR
@@ -87,8 +85,8 @@ fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
     false
 }
 
-/// Whether any pair collides that the broad phase found and that was not tried as a recent one.
-/// Those that did last come first.
+/// Checks the pairs that the broad phase found, without the recent ones, which were tried before.
+/// Pairs that collided last come first.
 fn label_found(checker: &Checker, scratch: &mut CheckScratch) -> Label {
     let recent = scratch.history.recent;
     scratch.broad.pairs.retain(|pair| !recent.contains(pair));
@@ -162,7 +160,7 @@ mod tests {
         checker.label_batch(&[0.0; 7], &mut [Label::Free; 2]);
     }
 
-    /// A scene that was put together in code may lead a body nowhere.
+    /// A scene built in code may give a body a pose that is not finite.
     #[test]
     fn what_is_nowhere_is_not_free() {
         let mut scene = builtin::scene("planar-arm").unwrap();
@@ -179,7 +177,7 @@ mod tests {
         assert!(!pairs.is_empty() && checker.colliding_pair(&configs[..3], &mut CheckScratch::default()).is_some());
         let single = configs.chunks(3).map(|q| checker.label(q, &mut CheckScratch::default()));
         assert!(single.into_iter().all(|label| label == Label::Colliding));
-        // One scratch forgets it.
+        // The scratch carries nothing of it to another checker.
         let (sound, mut scratch) =
             (Checker::new(builtin::scene("planar-arm").unwrap().into()), CheckScratch::default());
         assert_eq!(checker.label(&configs[..3], &mut scratch), Label::Colliding);

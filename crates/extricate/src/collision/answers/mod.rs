@@ -1,4 +1,4 @@
-//! What can be asked of a checker. Each question is answered by the file that does the work.
+//! The queries of a [`Checker`]. Each method delegates to the file that does the work.
 
 mod collisions;
 mod depth;
@@ -23,13 +23,12 @@ use crate::math::{Pose, Vec3};
 use crate::scene::PairId;
 
 impl Checker {
-    /// Appends the indices of all checked pairs that are nearer than the clearance at `q`,
-    /// ascending.
+    /// Appends all checked pairs that are nearer than their clearance at `q`, ascending.
     pub fn colliding_pairs(&self, q: &[f64], scratch: &mut CheckScratch, pairs: &mut Vec<PairId>) {
         collisions::colliding_pairs(self, q, scratch, pairs);
     }
 
-    /// Of each of these checked pairs, whether it is nearer than it keeps at `q`.
+    /// Returns, for each of these checked pairs, whether it is nearer than its clearance at `q`.
     pub(crate) fn collide(
         &self,
         q: &[f64],
@@ -39,64 +38,65 @@ impl Checker {
         collisions::collide(self, q, pairs, scratch)
     }
 
-    /// A checked pair that is nearer than the clearance at `q`, if there is one. Of several, one of
-    /// which balls inside the bodies prove it goes before others; among those, the one whose
-    /// enclosing balls overlap most.
+    /// Returns a checked pair that is nearer than its clearance at `q`, if there is one. Pairs that
+    /// balls inside the bodies prove to collide go before others. Among those, the pair whose
+    /// enclosing balls overlap most goes first.
     pub fn colliding_pair(&self, q: &[f64], scratch: &mut CheckScratch) -> Option<PairId> {
         collisions::colliding_pair(self, q, scratch)
     }
 
-    /// Least signed distance \[m\] of any checked pair at `q`; infinite where no pair is checked.
+    /// Returns the least signed distance \[m\] of any checked pair at `q`; infinite if no pair is
+    /// checked.
     ///
-    /// Exact where it is positive, and for convex shapes (minus the penetration depth). For
-    /// overlapping meshes it is minus an estimate of the overlap from below: the depth of the
+    /// It is exact if positive, and also below 0 for convex shapes (minus the penetration depth).
+    /// For overlapping meshes it is minus an estimate of the overlap from below: the depth of the
     /// deepest vertex of one inside the other, or 0 if none is.
     pub fn clearance(&self, q: &[f64], scratch: &mut CheckScratch) -> f64 {
         collisions::clearance(self, q, scratch)
     }
 
-    /// For every body, the one of `other` that is the same solid in [`Checker::pose_frame_solid`]'s
-    /// coordinates, wherever it is.
+    /// Returns, for every body, the body of the same name in `other` if it is the same solid in the
+    /// coordinates of [`Checker::pose_frame_solid`], wherever it is.
     pub(crate) fn same_solids(&self, other: &Self) -> Vec<Option<usize>> {
         solids::same_solids(self, other)
     }
 
-    /// For every body, the first that is the same solid in those coordinates.
+    /// Returns, for every body, the first body that is the same solid in the coordinates of
+    /// [`Checker::pose_frame_solid`].
     pub(crate) fn first_of_equal_solids(&self) -> Vec<usize> {
         solids::first_of_equal_solids(self)
     }
 
-    /// Maps coordinates in which a body's solid is the same wherever it stands on its frame (those
-    /// of its shape where it has only one) to frame coordinates.
+    /// Returns the pose of a body's solid in its frame: that of its shape if it has only one, else
+    /// the identity. In its own coordinates a solid is the same wherever it is on its frame.
     pub(crate) fn pose_frame_solid(&self, body: usize) -> Pose {
         solids::pose_frame_solid(self, body)
     }
 
-    /// Calls `each` with the corners (world) of a box around every shape of a body, where frames
-    /// have these poses.
+    /// Calls `each` with the corners (world) of a box around every shape of a body, given the poses
+    /// of the frames.
     pub(crate) fn corners_of(&self, body: usize, poses: &[Pose], each: &mut dyn FnMut(Vec3)) {
         solids::corners_of(self, body, poses, each);
     }
 
-    /// Whether no shape of a body is a mesh.
+    /// Returns whether no shape of a body is a mesh.
     pub(crate) fn is_convex(&self, body: usize) -> bool {
         solids::is_convex(self, body)
     }
 
-    /// Appends the contacts of all checked pairs nearer than the query's margin at `q`. Distances
-    /// are less what a pair keeps beyond the clearance of the scene (`Checker::excess`): those
-    /// below that clearance are too near, whatever the pair.
+    /// Appends the contacts of all checked pairs nearer than the query's margin at `q`. What a pair
+    /// keeps beyond the clearance of the scene (`Checker::excess`) is subtracted from its
+    /// distances. A distance below the scene's clearance is then too near, whatever the pair.
     ///
-    /// Two convex shapes give one contact, exact also where they overlap; in a coarse search, one
-    /// that was found before and is still proved farther than the clearance may be moved along
-    /// instead of searched anew. Meshes give their nearest contact and up to eleven more that
-    /// differ from it in place or normal; where they overlap, distances and normals are heuristics
-    /// for proposals.
+    /// Two convex shapes give one contact, exact also if they overlap. A coarse search may move a
+    /// contact along that was found before and is still proved farther than the clearance. Meshes
+    /// give their nearest contact and up to eleven more that differ from it in place or normal. If
+    /// they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         found::contacts(self, q, query, scratch, contacts);
     }
 
-    /// As [`Checker::contacts`], of one checked pair.
+    /// Appends the contacts of one checked pair as [`Checker::contacts`] does.
     pub(crate) fn contacts_of(
         &self,
         q: &[f64],
@@ -108,33 +108,32 @@ impl Checker {
         found::contacts_of(self, q, pair, query, scratch, contacts);
     }
 
-    /// Whether contacts found in such a search tell of all overlaps, containment included, so that
-    /// none below the clearance means free (up to rounding): where all shapes are convex, or are
-    /// taken for their pieces.
+    /// Returns whether such a search finds all overlaps, containment included, so that no contact
+    /// below the clearance means free (up to rounding). It does if all shapes are convex, or are
+    /// replaced by their pieces.
     pub(crate) fn contacts_are_complete(&self, search: ContactSearch) -> bool {
         found::contacts_are_complete(self, search)
     }
 
-    /// How far \[m\] exact contacts of all pairs are found in a search with that margin, whatever
-    /// is
-    /// nearest: of meshes and scenery, those that are farther than the nearest of their pair by
-    /// more than half of it are not.
+    /// Returns how far \[m\] a search with that margin finds exact contacts of all pairs. With
+    /// meshes or scenery it is half of the margin: farther ones may be missing if another contact
+    /// of their pair is nearer.
     pub(crate) fn exact_within(&self, margin: f64) -> f64 {
         found::exact_within(self, margin)
     }
 
-    /// Signed depth \[m\] of a point (in the body's frame) in the solid of `body`: positive inside,
-    /// minus the distance outside; for surfaces minus the distance.
+    /// Returns the signed depth \[m\] of a point (in the body's frame) in the solid of `body`:
+    /// positive inside, minus the distance outside. For surfaces it is minus the distance.
     ///
-    /// Exact for one shape and for points outside; where solids overlap, the depth in the deepest
-    /// of them, which is not more than that in their union. Minus infinity for a body without
-    /// geometry.
+    /// It is exact for one shape and for points outside. If solids overlap, it is the depth in the
+    /// deepest of them, which is not more than that in their union. It is minus infinity for a body
+    /// without geometry.
     pub(crate) fn solid_depth(&self, body: usize, point_frame: &Vec3) -> f64 {
         depth::solid_depth(self, body, point_frame)
     }
 
-    /// As [`Checker::solid_depth`] if that is above `least` \[m\]; most points that are not cost a
-    /// box or a plane.
+    /// Returns [`Checker::solid_depth`] if it is above `least` \[m\]. Most points that are not
+    /// deeper cost one test of a box or a plane.
     pub(crate) fn solid_depth_above(
         &self,
         body: usize,
@@ -145,9 +144,9 @@ impl Checker {
         depth::solid_depth_above(self, body, point_frame, least, scratch)
     }
 
-    /// Upper bounds \[m\] on [`Checker::solid_depth`] of points, eight an entry, given axis by axis
-    /// in a frame with the pose `pose_body_points`; into `depths`, as far as that is long. They
-    /// cost a box a shape.
+    /// Writes upper bounds \[m\] on [`Checker::solid_depth`] of points to `depths`, as far as that
+    /// is long. An entry of `points` is eight points, axis by axis, in a frame with the pose
+    /// `pose_body_points`. The cost is one box per shape and point.
     #[inline(always)]
     pub(crate) fn solid_depth_bounds<'a>(
         &self,
@@ -160,20 +159,21 @@ impl Checker {
     }
 
     /// Appends the contacts of all checked pairs that are nearer than `within` \[m\] at `q`, free
-    /// or not, in the order of the pairs. Distances are signed ones between the bodies, whatever
-    /// clearances they keep; else as [`Checker::contacts`].
+    /// or not, in the order of the pairs. Distances are signed distances between the bodies,
+    /// whatever clearances they keep. All else is as in [`Checker::contacts`].
     pub fn contacts_within(&self, q: &[f64], within: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         found::contacts_within(self, q, within, scratch, contacts);
     }
 
-    /// The signed distance \[m\] of every checked pair at `q`, by pair: what [`Checker::clearance`]
-    /// is the least of, and as exact.
+    /// Returns the signed distance \[m\] of every checked pair at `q`, in the order of the pairs.
+    /// [`Checker::clearance`] is the least of them, and they are as exact.
     pub fn signed_distances(&self, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
         found::signed_distances(self, q, scratch)
     }
 
-    /// The checked pairs that collide in all but at most `misses` of `configs`, and in how many, in
-    /// the order of the pairs. Such pairs most likely overlap by design, see [`disable_list`].
+    /// Returns the checked pairs that collide in all but at most `misses` of `configs`, with the
+    /// number of collisions, in the order of the pairs. Such pairs most likely overlap by design;
+    /// see [`disable_list`].
     pub fn nearly_always_colliding(
         &self,
         configs: impl IntoIterator<Item = impl AsRef<[f64]>>,
@@ -182,25 +182,26 @@ impl Checker {
         found::nearly_always_colliding(self, configs, misses)
     }
 
-    /// The checked pairs that collide in each of `samples` evenly spread configurations.
+    /// Returns the checked pairs that collide in each of `samples` evenly spread configurations.
     pub fn pairs_always_colliding(&self, samples: u64) -> Vec<PairId> {
         never_free::pairs_always_colliding(self, samples)
     }
 
-    /// The checked pairs that collide in at least this share of `samples` evenly spread
-    /// configurations, and in how many, the most frequent first.
+    /// Returns the checked pairs that collide in at least this share of `samples` evenly spread
+    /// configurations. They come with the number of collisions, the most frequent first.
     pub fn pairs_nearly_always_colliding(&self, samples: u64, share: f64) -> Vec<(PairId, usize)> {
         never_free::pairs_nearly_always_colliding(self, samples, share)
     }
 
-    /// What to say if no free configuration was found: which pairs collide in all of a hundred
-    /// configurations, and what to do if they overlap by design. `None` if no pair does. Nothing to
-    /// rely on if `stopped` said so.
+    /// Returns advice for the case that no free configuration was found: which pairs collide in all
+    /// of a hundred configurations, and what to do if they overlap by design. `None` if no pair
+    /// does. The result is not reliable if `stopped` returned `true`.
     pub fn advice_if_never_free(&self, stopped: impl Fn() -> bool) -> Option<String> {
         never_free::advice_if_never_free(self, stopped)
     }
 
-    /// Whether every checked pair keeps the clearance at `q` (length `nq`, within limits).
+    /// Labels `q` (length `nq`, within limits): it is free if every checked pair keeps its
+    /// clearance.
     ///
     /// Closed components of meshes are solid, open ones are surfaces. With a clearance of 0,
     /// surfaces that cross collide and surfaces that only touch do not.
@@ -211,11 +212,11 @@ impl Checker {
     /// Labels `n` configurations (row major, `n x nq`, each within limits) on all threads of the
     /// current rayon pool.
     ///
-    /// `labels[i]` is what [`Checker::label`] says of configuration `i`, whatever the number of
-    /// threads.
+    /// `labels[i]` is the result of [`Checker::label`] for configuration `i`, whatever the number
+    /// of threads.
     ///
     /// # Panics
-    /// Where `configs` is not `labels.len() * nq` long.
+    /// Panics if `configs` is not `labels.len() * nq` long.
     ///
     /// ```
     /// use extricate::{Checker, Label, builtin};
@@ -228,44 +229,44 @@ impl Checker {
         label::label_batch(self, configs, labels);
     }
 
-    /// As [`Checker::label_batch`] on the calling thread, without allocating once `scratch` has
-    /// served this checker.
+    /// Labels configurations as [`Checker::label_batch`] does, but on the calling thread. It does
+    /// not allocate once `scratch` has served this checker.
     ///
     /// # Panics
-    /// Where `configs` is not `labels.len() * nq` long.
+    /// Panics if `configs` is not `labels.len() * nq` long.
     #[doc(hidden)]
     pub fn label_batch_serial(&self, configs: &[f64], labels: &mut [Label], scratch: &mut CheckScratch) {
         label::label_batch_serial(self, configs, labels, scratch);
     }
 
-    /// Which of `points` (world coordinates \[m\]) no link of a robot comes nearer to than
-    /// `padding` \[m\] at `q`: those to keep where a camera also sees the robot itself. A point
-    /// inside a link is within any padding; obstacles do not count.
+    /// Returns which of `points` (world coordinates \[m\]) to keep if a camera also sees the robot:
+    /// those that no link comes nearer to than `padding` \[m\] at `q`. A point inside a link is
+    /// within any padding that is not negative; obstacles do not count.
     ///
     /// # Cost
-    /// A ball a point and link, and a look at the link's shapes where that is near.
+    /// One ball per point and link, and an evaluation of the link's shapes if that is near.
     pub fn robot_filter(&self, q: &[f64], points: &[[f64; 3]], padding: f64, scratch: &mut CheckScratch) -> Vec<bool> {
         filter::robot_filter(self, q, points, padding, scratch)
     }
 
-    /// Whether the geodesic from `from` to `to` (length `nq` each, within limits) keeps the
+    /// Returns whether the geodesic from `from` to `to` (length `nq` each, within limits) keeps the
     /// clearance all along.
     ///
     /// # Guarantee
-    /// Free is proved for every configuration between, not for samples: each stretch is short
-    /// enough that no pair of bodies can lose within it what its middle keeps. What is not proved
-    /// is not called free; see [`SegmentOutcome`].
+    /// Free is proved for every configuration between, not for samples: each stretch is so short
+    /// that no pair of bodies can lose within it the distance that it keeps in the middle. Nothing
+    /// unproved is called free; see [`SegmentOutcome`].
     ///
     /// # Cost
-    /// About as many checks as the motion is long, divided by how near it comes to a collision; few
-    /// where all is far.
+    /// The number of checks is about the length of the motion divided by its distance from a
+    /// collision, hence small if all bodies are far apart.
     ///
     /// # Source
     /// F. Schwarzer, M. Saha and J.-C. Latombe, "Adaptive dynamic collision checking for single and
     /// multiple articulated robots in complex environments", IEEE Transactions on Robotics 21(3),
     /// 2005, doi:10.1109/TRO.2004.838012. Deviations: bounds on motion hold for each stretch, not
-    /// for all configurations; distances are only compared with what a stretch needs; the earliest
-    /// contact is looked for.
+    /// for all configurations; distances are only compared with the one that a stretch needs; the
+    /// search is for the earliest contact.
     pub fn segment(
         &self,
         from: &[f64],
@@ -276,7 +277,7 @@ impl Checker {
         segment::segment(self, from, to, options, scratch)
     }
 
-    /// As [`Checker::segment`], given up where the budget ends.
+    /// Checks as [`Checker::segment`] does, but gives up when the budget ends.
     pub(crate) fn segment_within(
         &self,
         ends: (&[f64], &[f64]),
@@ -287,9 +288,9 @@ impl Checker {
         segment::segment_within(self, ends, options, budget, scratch)
     }
 
-    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Convex shapes
-    /// inside scenery stand for it: what parts the scenery from another shape parts them from it
-    /// too.
+    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Scenery is
+    /// represented by convex shapes inside it: a motion that parts the scenery from another shape
+    /// parts them from it too.
     pub(crate) fn convex_overlaps(
         &self,
         q: &[f64],
@@ -301,8 +302,8 @@ impl Checker {
     }
 
     /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may be nearer
-    /// than they keep; of meshes, with all pieces around them that are; of scenery, with its
-    /// elements that overlap most, or with a box that ends where it does.
+    /// than their clearance. A mesh gives all pieces around it that are. Scenery gives its elements
+    /// that overlap most, or a box that ends where it does.
     pub(crate) fn overlapping_pieces(
         &self,
         q: &[f64],
@@ -313,9 +314,9 @@ impl Checker {
         overlap::overlapping_pieces(self, q, pairs, scratch, each);
     }
 
-    /// Calls `each` with convex sets inside the bodies of the checked pairs `pairs` at `q`, of
-    /// which some may overlap: what parts the bodies parts them too. Of meshes and scenery, those
-    /// that overlap most; of surfaces there are none.
+    /// Calls `each` with convex sets inside the bodies of the checked pairs `pairs` at `q`, some of
+    /// which may overlap: a motion that parts the bodies parts them too. Meshes and scenery give
+    /// the sets that overlap most; surfaces have none.
     pub(crate) fn inner_pairs(
         &self,
         q: &[f64],
@@ -333,36 +334,36 @@ impl Checker {
         solids::prepare_proposals(self);
     }
 
-    /// Whether [`Checker::prepare_proposals`] has anything to make.
+    /// Returns whether [`Checker::prepare_proposals`] has anything to make.
     pub(crate) fn lacks_pieces(&self) -> bool {
         solids::lacks_pieces(self)
     }
 
-    /// Whether [`Checker::prepare_proposals`] was called.
+    /// Returns whether [`Checker::prepare_proposals`] was called.
     #[doc(hidden)]
     pub fn has_pieces(&self) -> bool {
         self.is_prepared.load(std::sync::atomic::Ordering::Acquire)
     }
 
-    /// The trees of triangles, for [`Checker::with_trees`].
+    /// Returns the trees of triangles, for [`Checker::with_trees`].
     pub(crate) fn kept_trees(&self) -> TreeArrays {
         TreeArrays::of(&self.bodies.parts)
     }
 
-    /// The pieces that were made.
+    /// Returns the convex pieces that were made.
     pub(crate) fn kept_pieces(&self) -> PieceArrays {
         prepared::kept_pieces(&self.bodies.parts)
     }
 
-    /// Takes pieces over that were made of the same meshes; whether they can be those. They have to
-    /// lie in the boxes of their meshes, and their boxes to hold all vertices. That is no proof:
-    /// nothing that is verified depends on pieces, and wrong ones could only lower a bound (a point
-    /// that none is near counts as no deeper than the caller needs).
+    /// Takes over pieces that were made of the same meshes, and returns whether they can be those:
+    /// they lie in the boxes of their meshes, and their boxes hold all vertices. That proves
+    /// nothing, but nothing verified depends on pieces. Wrong ones could only lower a bound,
+    /// because a point that no piece is near counts as no deeper than the caller needs.
     pub(crate) fn take_pieces(&self, kept: &PieceArrays) -> bool {
         prepared::take_pieces(&self.bodies.parts, kept)
     }
 
-    /// Whether no shape is a mesh: all are convex, or scenery made of convex shapes.
+    /// Returns whether no shape is a mesh: all are convex, or scenery made of convex shapes.
     pub(crate) fn all_convex(&self) -> bool {
         self.bodies.all_convex
     }

@@ -1,24 +1,21 @@
-//! Why nothing free was found: pairs that collide wherever one looks.
+//! Why no free configuration was found: pairs that collide in every sampled one. [`Checker`]
+//! documents the functions without docs at its methods of the same names.
 
 use super::found::{always_colliding, nearly_always_colliding};
 use crate::collision::checker::Checker;
 use crate::cspace::sampling::Halton;
 use crate::scene::PairId;
 
-/// Configurations that are tried. A pair that collides in all of them is hardly ever free, if at
-/// all.
-const TRIED: u64 = 100;
-/// Pairs that a message names.
-const NAMED: usize = 20;
+/// Configurations sampled for the advice. A pair that collides in all of them is hardly ever free,
+/// if at all.
+const SAMPLED_CONFIGS: u64 = 100;
+/// Pairs that the advice names; it counts the others.
+const MAX_NAMED_PAIRS: usize = 20;
 
-/// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by
-/// design.
 pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
     until_stopped(checker, samples, || false)
 }
 
-/// Pairs that collide in at least this share of `samples` low-discrepancy configurations, and in
-/// how many, the most frequent first.
 pub fn pairs_nearly_always_colliding(checker: &Checker, samples: u64, share: f64) -> Vec<(PairId, usize)> {
     let misses = misses_allowed(samples as usize, share);
     let mut pairs = nearly_always_colliding(checker, configs(checker, samples), misses);
@@ -26,9 +23,10 @@ pub fn pairs_nearly_always_colliding(checker: &Checker, samples: u64, share: f64
     pairs
 }
 
-/// In how many of so many configurations a pair may be free that collides in this share of them.
+/// Returns in how many of `samples` configurations a pair may be free that collides in `share` of
+/// them.
 pub fn misses_allowed(samples: usize, share: f64) -> usize {
-    // The share may be rounded: 0.95 of 1000 is 950 collisions.
+    // A rounded share must not lose one: 0.95 of 1000 is 950 collisions.
     ((1.0 - share) * samples as f64 + 1e-6) as usize
 }
 
@@ -36,7 +34,6 @@ fn until_stopped(checker: &Checker, samples: u64, stopped: impl Fn() -> bool) ->
     always_colliding(checker, configs(checker, samples).take_while(|_| !stopped()))
 }
 
-/// Low-discrepancy configurations.
 fn configs(checker: &Checker, samples: u64) -> impl Iterator<Item = Vec<f64>> {
     let space = &checker.scene().space;
     let halton = Halton::new(space.nv(), 0);
@@ -47,24 +44,21 @@ fn configs(checker: &Checker, samples: u64) -> impl Iterator<Item = Vec<f64>> {
     })
 }
 
-/// Pairs, by their names, as the list that the scene file's `[pairs]` table takes for `disable`.
+/// Formats pairs of names as the list that `disable` takes in the `[pairs]` table of a scene file.
 pub fn disable_list(pairs: &[[&str; 2]]) -> String {
-    // Debug quotes a string as TOML's basic strings do, but for control characters, which no name
+    // Debug quotes strings as TOML's basic strings are, except control characters, which no name
     // has.
     let pairs: Vec<_> = pairs.iter().map(|[a, b]| format!("[{a:?}, {b:?}]")).collect();
     format!("[{}]", pairs.join(", "))
 }
 
-/// What to say where no free configuration was found: which pairs collide in all of a hundred
-/// configurations, and what to do if they overlap by design. `None` where no pair does. Nothing to
-/// rely on where `stopped` said so.
 pub fn advice_if_never_free(checker: &Checker, stopped: impl Fn() -> bool) -> Option<String> {
-    let pairs = until_stopped(checker, TRIED, stopped);
-    let (named, others) = pairs.split_at(pairs.len().min(NAMED));
+    let pairs = until_stopped(checker, SAMPLED_CONFIGS, stopped);
+    let (named, others) = pairs.split_at(pairs.len().min(MAX_NAMED_PAIRS));
     let names: Vec<[&str; 2]> = named.iter().map(|pair| checker.scene().pair_names(*pair)).collect();
     let list = disable_list(&names);
     let others = if others.is_empty() { String::new() } else { format!("; {} more pairs do, too", others.len()) };
-    let told = format!("these pairs collide in all of {TRIED} configurations that were tried");
+    let told = format!("these pairs collide in all of {SAMPLED_CONFIGS} configurations that were tried");
     let advice = format!("{told}; if by design, add to the scene: [pairs] disable = {list}{others}");
     (!pairs.is_empty()).then_some(advice)
 }

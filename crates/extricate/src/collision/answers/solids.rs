@@ -1,5 +1,5 @@
-//! The bodies of a checker: which are the same solid, where their shapes reach, and the making of
-//! their pieces.
+//! The bodies of a checker: which are the same solid, where their shapes reach, and which convex
+//! pieces are missing. [`Checker`] documents the public functions at its methods of the same names.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,7 +13,6 @@ use crate::collision::shapes::ShapeKind;
 use crate::math::{Pose, Vec3};
 use crate::scene::correspondence::by_name;
 
-/// See [`Checker::same_solids`].
 pub fn same_solids(checker: &Checker, other: &Checker) -> Vec<Option<usize>> {
     let parts = |checker: &'_ Checker, body: usize| checker.bodies.bodies[body].parts.clone();
     let is_same = |(body, twin): (usize, Option<usize>)| {
@@ -28,7 +27,6 @@ pub fn same_solids(checker: &Checker, other: &Checker) -> Vec<Option<usize>> {
     by_name(&other.scene, &checker.scene).into_iter().enumerate().map(is_same).collect()
 }
 
-/// See [`Checker::first_of_equal_solids`].
 pub fn first_of_equal_solids(checker: &Checker) -> Vec<usize> {
     let mut first = std::collections::HashMap::new();
     let of_body = |(at, body): (usize, &PreparedBody)| match &checker.bodies.parts[body.parts.clone()] {
@@ -38,7 +36,6 @@ pub fn first_of_equal_solids(checker: &Checker) -> Vec<usize> {
     checker.bodies.bodies.iter().enumerate().map(of_body).collect()
 }
 
-/// See [`Checker::pose_frame_solid`].
 pub fn pose_frame_solid(checker: &Checker, body: usize) -> Pose {
     match &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()] {
         [part] => part.pose_frame_part,
@@ -46,7 +43,6 @@ pub fn pose_frame_solid(checker: &Checker, body: usize) -> Pose {
     }
 }
 
-/// See [`Checker::corners_of`].
 pub fn corners_of(checker: &Checker, body: usize, poses: &[Pose], each: &mut dyn FnMut(Vec3)) {
     let body = &checker.bodies.bodies[body];
     for part in &checker.bodies.parts[body.parts.clone()] {
@@ -55,23 +51,20 @@ pub fn corners_of(checker: &Checker, body: usize, poses: &[Pose], each: &mut dyn
     }
 }
 
-/// See [`Checker::is_convex`].
 pub fn is_convex(checker: &Checker, body: usize) -> bool {
     let parts = &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()];
     parts.iter().all(|part| !matches!(part.shape().kind, ShapeKind::Mesh(_)))
 }
 
-/// See [`Checker::lacks_pieces`].
 pub fn lacks_pieces(checker: &Checker) -> bool {
     !checker.has_pieces() && (!without_cells(checker).is_empty() || !without_fine_pieces(checker).is_empty())
 }
 
-/// See [`Checker::prepare_proposals`].
 pub fn prepare_proposals(checker: &Checker) {
     if checker.has_pieces() {
         return;
     }
-    // A pool that a process has lost in a fork is not needed if nothing is to be made.
+    // Work enters the pool only if there is any: a forked process has lost the threads of its pool.
     let coarse = without_cells(checker);
     if !coarse.is_empty() {
         coarse.par_iter().for_each(|shape| shape.make_cells());
@@ -80,8 +73,8 @@ pub fn prepare_proposals(checker: &Checker) {
     if !fine.is_empty() {
         fine.par_iter().for_each(|(index, shape)| shape.make_fine(*index));
     }
-    // Two threads that come at once both do it: one that waits for its parts in a pool may be given
-    // this very work.
+    // Two threads that come at once both do the work, without a lock: a thread that waits for its
+    // parts in a pool may be given this very work.
     checker.is_prepared.store(true, Ordering::Release);
 }
 
@@ -89,7 +82,7 @@ fn parts_of(checker: &Checker, body: usize) -> &[PreparedPart] {
     &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()]
 }
 
-/// The shapes of checked bodies whose coarse pieces are not made yet, each once.
+/// Returns the shapes of checked bodies whose coarse pieces are not made yet, each once.
 fn without_cells(checker: &Checker) -> Vec<&PreparedShape> {
     let mut wanted = vec![false; checker.bodies.bodies.len()];
     for pair in &*checker.pairs {
@@ -98,14 +91,14 @@ fn without_cells(checker: &Checker) -> Vec<&PreparedShape> {
     let bodies = (0..wanted.len()).filter(|body| wanted[*body]);
     let shapes = bodies.flat_map(|body| parts_of(checker, body)).map(|part| &*part.prepared);
     let mut coarse: Vec<&PreparedShape> = shapes.filter(|shape| !shape.has_cells()).collect();
-    // Bodies that are alike share one.
+    // Equal bodies share one shape.
     coarse.sort_by_key(|shape| std::ptr::from_ref(*shape));
     coarse.dedup_by(|a, b| std::ptr::eq(*a, *b));
     coarse
 }
 
-/// The finer pieces that pairs of shapes need beside each other and that are not made yet, each
-/// once. Coarse pieces have to be there.
+/// Returns the finer pieces that pairs of shapes need beside each other and that are not made yet,
+/// each once. The coarse pieces have to be made before.
 fn without_fine_pieces(checker: &Checker) -> Vec<(usize, &PreparedShape)> {
     let mut fine: HashMap<(*const PreparedShape, usize), &PreparedShape> = HashMap::new();
     for pair in &*checker.pairs {

@@ -1,5 +1,5 @@
-//! The broad phase: which checked pairs may be near at a configuration. Balls around what moves,
-//! boxes around what does not; a pair left out is proved apart.
+//! The broad phase: which checked pairs may be near at a configuration. It tests balls around
+//! bodies that move, and balls and boxes around those that do not. A pair left out is proved apart.
 
 pub mod static_tree;
 
@@ -10,21 +10,21 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use static_tree::{StillTree, WIDTH, at_most};
 
-/// No checked pair.
-const NONE: u32 = u32::MAX;
+/// Marks an entry without a checked pair.
+const NO_PAIR: u32 = u32::MAX;
 
 /// The checked pairs of a scene, arranged so that one moving body is tested against eight bodies at
 /// once.
 pub struct Broad {
     movers: Vec<Mover>,
-    /// For every mover blocks of the movers after it, from the block in which the next one stands.
+    /// Blocks of later movers with which each mover has checked pairs.
     rows: Vec<RowBlock>,
     still: StillTree,
-    /// Bodies in the tree, with the centre and radius of their balls.
+    /// Centre and radius of the ball around each body in the tree.
     still_balls: Vec<(Vec3, f64)>,
-    /// For every mover and every body in the tree, the index of their pair.
+    /// Index of the pair of every mover with every body in the tree.
     still_pairs: Vec<u32>,
-    /// Pairs of which neither body moves.
+    /// Pairs of two bodies that do not move; they are always found.
     fixed: Vec<u32>,
 }
 
@@ -35,19 +35,18 @@ struct Mover {
     meets_still: bool,
 }
 
-/// Eight movers seen from another one.
+/// Eight movers that one mover is tested against.
 struct RowBlock {
-    /// Which block of movers.
+    /// Index of the block of movers.
     block: usize,
-    /// Sums of radii \[m\].
+    /// Sums of both radii \[m\]; minus infinity without a pair.
     radii: [f64; WIDTH],
     pairs: [u32; WIDTH],
 }
 
-/// Memory that the broad phase reuses.
 #[derive(Debug, Default)]
 pub struct BroadScratch {
-    /// What was found: indices of pairs.
+    /// Indices of the pairs found.
     pub pairs: Vec<u32>,
     centers: Vec<[[f64; WIDTH]; 3]>,
     stack: Vec<(u32, u32)>,
@@ -55,7 +54,6 @@ pub struct BroadScratch {
 }
 
 impl Broad {
-    /// Arranges the pairs of `scene`.
     pub fn new(scene: &Scene, bodies: &Bodies) -> Self {
         let moves = |body: usize| scene.bodies[body].frame != 0;
         let mut fixed = Vec::new();
@@ -81,8 +79,8 @@ impl Broad {
             .for_each(|(b, k)| slot[*b] = k);
 
         let radius = |body: usize| bodies.bodies[body].ball.1;
-        let mut between = vec![NONE; mover_bodies.len() * mover_bodies.len()];
-        let mut still_pairs = vec![NONE; mover_bodies.len() * still_bodies.len()];
+        let mut between = vec![NO_PAIR; mover_bodies.len() * mover_bodies.len()];
+        let mut still_pairs = vec![NO_PAIR; mover_bodies.len() * still_bodies.len()];
         for (index, pair) in scene.pairs.iter().enumerate() {
             let (first, second) = (pair.first, pair.second);
             if slot[first] == usize::MAX || slot[second] == usize::MAX {
@@ -103,18 +101,18 @@ impl Broad {
         for (i, &body) in mover_bodies.iter().enumerate() {
             let start = rows.len();
             for (block, pairs) in between[i * mover_bodies.len()..][..mover_bodies.len()].chunks(WIDTH).enumerate() {
-                if pairs.iter().all(|pair| *pair == NONE) {
+                if pairs.iter().all(|pair| *pair == NO_PAIR) {
                     continue;
                 }
-                let mut row = RowBlock { block, radii: [f64::NEG_INFINITY; WIDTH], pairs: [NONE; WIDTH] };
-                for (k, &pair) in pairs.iter().enumerate().filter(|(_, pair)| **pair != NONE) {
+                let mut row = RowBlock { block, radii: [f64::NEG_INFINITY; WIDTH], pairs: [NO_PAIR; WIDTH] };
+                for (k, &pair) in pairs.iter().enumerate().filter(|(_, pair)| **pair != NO_PAIR) {
                     row.pairs[k] = pair;
                     row.radii[k] = radius(body) + radius(mover_bodies[block * WIDTH + k]);
                 }
                 rows.push(row);
             }
             let mut against_still = still_pairs[i * still_bodies.len()..][..still_bodies.len()].iter();
-            let meets_still = against_still.any(|pair| *pair != NONE);
+            let meets_still = against_still.any(|pair| *pair != NO_PAIR);
             movers.push(Mover { body, radius: radius(body), rows: start..rows.len(), meets_still });
         }
         let boxes: Vec<_> = still_bodies.iter().filter_map(|&body| bodies.bodies[body].world_box).collect();
@@ -122,7 +120,7 @@ impl Broad {
         Self { movers, rows, still: StillTree::new(&boxes), still_balls, still_pairs, fixed }
     }
 
-    /// The moving bodies whose centres [`Broad::find`] asks for, in order.
+    /// Returns the moving bodies in the order in which [`Broad::find`] takes their centres.
     pub fn movers(&self) -> impl Iterator<Item = usize> {
         self.movers.iter().map(|mover| mover.body)
     }
@@ -130,7 +128,7 @@ impl Broad {
     /// Finds all pairs whose signed distance may be below `margin` \[m\], each once, into
     /// `scratch.pairs`.
     ///
-    /// `centers` are those of the moving bodies' balls in the world \[m\].
+    /// `centers` are the centres of the balls around the moving bodies, in the world \[m\].
     pub fn find(&self, centers: impl Iterator<Item = Vec3>, margin: f64, scratch: &mut BroadScratch) {
         scratch.pairs.clear();
         scratch.pairs.extend(&self.fixed);
@@ -174,7 +172,7 @@ impl Broad {
                 let (other, radius) = &self.still_balls[still as usize];
                 let reach = mover.radius + radius + margin;
                 let pair = self.still_pairs[i * stills + still as usize];
-                if pair != NONE && (center - other).norm_squared() <= reach * reach {
+                if pair != NO_PAIR && (center - other).norm_squared() <= reach * reach {
                     pairs.push(pair);
                 }
             }
@@ -182,8 +180,8 @@ impl Broad {
     }
 }
 
-/// A search with the widest vectors that the processor has. A type, not a closure: closures are not
-/// inlined reliably.
+/// A search with the widest vectors of the processor. It is a type because closures are not inlined
+/// reliably.
 struct Scan<'a> {
     broad: &'a Broad,
     margin: f64,

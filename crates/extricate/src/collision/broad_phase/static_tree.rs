@@ -1,29 +1,29 @@
-//! Boxes around bodies that do not move, in a tree that answers which of them a ball may touch.
+//! A tree of the boxes around bodies that do not move. It finds those that a ball may touch.
 
 use crate::collision::shapes::bounds::{Aabb, ROUNDING};
 use crate::math::Vec3;
 
-/// Boxes tested at once.
+/// Boxes of a block, which are tested at once.
 pub const WIDTH: usize = 8;
 
-/// Boxes side by side; what is missing is empty and touches nothing.
+/// Boxes side by side. Unused places hold empty boxes, which touch nothing.
 #[derive(Debug, Clone)]
 struct BoxBlock {
     lower: [[f64; WIDTH]; 3],
     upper: [[f64; WIDTH]; 3],
 }
 
-/// A tree of blocks: the boxes of a level are those around the blocks of the level below.
+/// A tree of blocks: the boxes of a level enclose the blocks of the level below.
 #[derive(Debug, Clone, Default)]
 pub struct StillTree {
-    /// From the leaves to the root; none where there are no boxes.
+    /// Levels from the leaves to the root; none without boxes.
     levels: Vec<Vec<BoxBlock>>,
-    /// Which box stands at each place of the leaves.
+    /// Index of the box at each place of the leaves.
     items: Vec<u32>,
 }
 
 impl StillTree {
-    /// Over boxes in one frame; hits are reported as indices into `boxes`.
+    /// Builds the tree over boxes in one frame. Hits are reported as indices into `boxes`.
     pub fn new(boxes: &[Aabb]) -> Self {
         let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
         arrange(boxes, &mut items);
@@ -40,8 +40,8 @@ impl StillTree {
         Self { levels, items }
     }
 
-    /// Appends the boxes that a ball of radius `reach` \[m\] about `center` may touch, in no order
-    /// that means anything.
+    /// Appends the boxes that a ball of radius `reach` \[m\] about `center` may touch, in arbitrary
+    /// order.
     #[inline(always)]
     pub fn touched(&self, center: &Vec3, reach: f64, stack: &mut Vec<(u32, u32)>, found: &mut Vec<u32>) {
         let reach = (reach + ROUNDING).max(0.0);
@@ -75,7 +75,8 @@ impl BoxBlock {
         block
     }
 
-    /// One bit a box, set where its squared distance from `center` is at most `squared` [m^2].
+    /// Returns one bit per box, set if its squared distance from `center` is at most `squared`
+    /// [m^2].
     #[inline(always)]
     fn near(&self, center: &Vec3, squared: f64) -> u32 {
         let mut sums = [0.0; WIDTH];
@@ -92,7 +93,7 @@ impl BoxBlock {
     }
 }
 
-/// One bit a lane, set where `values` is at most `limits`.
+/// Returns one bit per lane, set if `values` is at most `limits`.
 #[inline(always)]
 pub fn at_most(values: &[f64; WIDTH], limits: &[f64; WIDTH]) -> u32 {
     let mut bits = 0;
@@ -110,8 +111,8 @@ fn hull(corners: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
     corners.iter().fold(crate::collision::shapes::bounds::EMPTY, |(lower, upper), (a, b)| (lower.inf(a), upper.sup(b)))
 }
 
-/// Orders boxes so that every run of [`WIDTH`], and every run of such runs, lies close together:
-/// halves along the axis in which the centres spread most, cut where a run ends.
+/// Orders boxes so that every run of [`WIDTH`], and every run of such runs, lies close together. It
+/// halves them along the axis in which the centres spread most, and cuts at the end of a run.
 pub fn arrange(boxes: &[Aabb], items: &mut [u32]) {
     if items.len() <= WIDTH {
         return;
@@ -133,7 +134,7 @@ pub fn arrange(boxes: &[Aabb], items: &mut [u32]) {
     arrange(boxes, right);
 }
 
-/// The slow twin: squared distance [m^2] of a point from a box.
+/// Slow twin of the tree: squared distance [m^2] of a point from a box.
 #[cfg(test)]
 pub fn distance_squared(aabb: &Aabb, point: &Vec3) -> f64 {
     ((point - aabb.center).abs() - aabb.half).sup(&Vec3::zeros()).norm_squared()
@@ -176,7 +177,7 @@ mod tests {
             .collect();
         let tree = StillTree::new(&boxes);
         assert_eq!(tree.levels.iter().map(Vec::len).collect::<Vec<_>>(), [512, 64, 8, 1]);
-        // Runs of eight are cubes of two boxes a side.
+        // Each run of eight is a cube with two boxes a side.
         for block in &tree.levels[0] {
             for axis in 0..3 {
                 let low = block.lower[axis].iter().fold(f64::INFINITY, |a, b| a.min(*b));

@@ -1,4 +1,4 @@
-//! Memory that gathering contacts reuses, and the queue of what may be nearest next.
+//! Scratch memory for gathering contacts, and the queue of candidates, nearest first.
 
 use std::collections::BinaryHeap;
 
@@ -8,94 +8,91 @@ use crate::collision::narrow_phase::Buffers;
 use crate::collision::narrow_phase::best_first::Entry;
 use crate::scene::PairId;
 
-/// Pairs of triangles that are compared until the nearest contact of two meshes is told; more only
-/// as long as it takes to find that one.
-const TESTS: usize = 24;
-/// What is farther than the nearest contact of two meshes by more than this share of the margin is
-/// not looked for: no step that the margin is made for comes to it.
-pub const BEYOND_NEAREST: f64 = 0.5;
-/// Two pieces, and a lower bound on how far apart they are \[m\].
+/// Tests of triangles after which a search for contacts of meshes ends, unless its nearest contact
+/// is not offered yet.
+const MAX_TRIANGLE_TESTS: usize = 24;
+/// A contact of meshes or scenery that is farther than the nearest one by more than this share of
+/// the margin is not searched for: no step that the margin is meant for reaches it. Lab L061.
+pub const BEYOND_NEAREST_SHARE: f64 = 0.5;
+/// Lower bound on the distance of two pieces \[m\], and their indices.
 pub type Candidate = (f64, usize, usize);
 
-/// Memory that gathering reuses.
 #[derive(Debug, Default)]
 pub struct ContactBuffers {
-    /// What is to be opened or offered next, nearest first.
+    /// Entries that remain to be opened or offered, nearest first.
     pub queue: BinaryHeap<Entry>,
     /// Contacts that are found and not all offered yet.
     pub found: Vec<Near>,
-    /// Of meshes: what is farther is not looked for \[m\].
+    /// Contacts of meshes are not searched for beyond this distance \[m\].
     pub limit: f64,
-    /// Of meshes: how much farther than what was found that limit may be \[m\].
+    /// Largest distance of `limit` from the nearest contact found \[m\].
     beyond: f64,
-    /// Pairs of triangles, each as its block and lane of the first and of the second tree.
+    /// Pairs of triangles, each as block and lane in the first and in the second tree.
     pub triangles: Vec<[(u32, u8); 2]>,
-    /// Stack of descents of a tree and a point.
+    /// Stack for searches of a tree for a point.
     pub nodes: Vec<(f64, u32)>,
-    /// Pairs of pieces, and lower bounds on their distances \[m\].
     pub candidates: Vec<Candidate>,
-    /// Pieces of the one shape that are near the other as a whole.
+    /// Pieces of one shape that are near the other as a whole.
     pub near_pieces: Vec<usize>,
-    /// What earlier searches found.
+    /// Results of earlier searches.
     pub memory: ContactCache,
     /// Stacks of searches for one pair of shapes.
     pub shapes: Buffers,
 }
 
-/// Entries of the queue are pairs of nodes, or the contact found at index `second`,
-const FOUND: u32 = u32::MAX;
-/// or the pair of triangles at that index.
-pub const TRIANGLES: u32 = u32::MAX - 1;
+/// Queue entries are pairs of nodes, unless `first` is a tag. This one marks the contact at index
+/// `second` of `found`.
+const CONTACT_ENTRY: u32 = u32::MAX;
+/// Marks the pair of triangles at index `second` of `triangles`.
+pub const TRIANGLES_ENTRY: u32 = u32::MAX - 1;
 
-/// Which two shapes are looked at.
+/// Two shapes whose contacts are gathered, and where they belong.
 #[derive(Debug, Clone, Copy)]
 pub struct PairPlace {
-    /// Index of the checked pair of bodies.
     pub pair: PairId,
-    /// Number of the pair of shapes.
+    /// Number of the pair of shapes among all of the checker.
     pub parts: usize,
-    /// Where the contacts of the pair of bodies start.
+    /// Index of the first contact of the pair of bodies.
     pub start: usize,
-    /// Of the scene \[m\].
+    /// Clearance of the pair \[m\].
     pub clearance: f64,
 }
 
 impl ContactBuffers {
-    /// Forgets what earlier searches found.
     pub fn forget(&mut self) {
         self.memory.forget();
     }
 
-    /// Starts a search within `margin` \[m\] from one pair of nodes.
+    /// Starts a search within `margin` \[m\] from one pair of nodes; `bound` is a lower bound on
+    /// their distance.
     pub fn restart(&mut self, margin: f64, bound: f64, first: u32, second: u32) {
-        (self.limit, self.beyond) = (margin, BEYOND_NEAREST * margin);
+        (self.limit, self.beyond) = (margin, BEYOND_NEAREST_SHARE * margin);
         self.queue.clear();
         self.found.clear();
         self.triangles.clear();
         self.queue.push(Entry { bound, first, second });
     }
 
-    /// Takes in a contact: what is much farther is no longer looked for.
+    /// Adds a contact, after which much farther ones are no longer searched for.
     pub fn find(&mut self, near: Near) {
         self.limit = self.limit.min(near.distance.max(0.0) + self.beyond);
-        self.queue.push(Entry { bound: near.distance, first: FOUND, second: self.found.len() as u32 });
+        self.queue.push(Entry { bound: near.distance, first: CONTACT_ENTRY, second: self.found.len() as u32 });
         self.found.push(near);
     }
 
-    /// Runs through the queue, nearest first: `open` puts what a pair of nodes is made of into it,
-    /// or compares two triangles, and returns how many it compared. Returns whether anything
-    /// overlaps.
+    /// Works through the queue, nearest first, and returns whether anything overlaps. `open` pushes
+    /// the children of a pair of nodes, or compares triangles; it returns how many it compared.
     pub fn run(&mut self, sink: &mut Sink, mut open: impl FnMut(&mut Self, f64, u32, u32) -> usize) -> bool {
         let (mut tests, mut offered) = (0, false);
         while let Some(entry) = self.queue.pop() {
             if entry.bound >= self.limit {
                 break;
-            } else if entry.first == FOUND {
+            } else if entry.first == CONTACT_ENTRY {
                 offered = true;
                 if !sink.offer(&self.found[entry.second as usize]) {
                     break;
                 }
-            } else if tests < TESTS || !offered {
+            } else if tests < MAX_TRIANGLE_TESTS || !offered {
                 tests += open(self, entry.bound, entry.first, entry.second);
             }
         }

@@ -1,9 +1,9 @@
 //! Contacts of scenery and another shape.
 
-use super::buffers::{BEYOND_NEAREST, ContactBuffers};
+use super::buffers::{BEYOND_NEAREST_SHARE, ContactBuffers};
 use super::by_pieces::solid;
 use super::contact::{ContactQuery, ContactSearch};
-use super::convex_convex::COARSE;
+use super::convex_convex::COARSE_SLACK;
 use super::sink::{Near, Sink};
 use crate::collision::convex_distance::{self, Separation, Slack};
 use crate::collision::narrow_phase::Buffers;
@@ -16,21 +16,22 @@ use crate::collision::shapes::bvh::push_sorted;
 use crate::collision::shapes::{ConvexSolid, ShapeKind};
 use crate::math::{Pose, Vec3};
 
-/// Elements that overlap and are looked at: where a link lies in a wall of cubes hundreds do. With
-/// twice as many, queries end a hundredth farther away and take a fourth longer.
-const MOST_OVERLAPS: usize = 4;
-/// Elements that are looked at until the nearest is told; more only as long as it takes to find
-/// that one.
-const TESTS: usize = 4;
-/// Contacts that are kept though they are not the nearest.
-const ENOUGH: usize = 4;
+/// Overlapping elements after which a search ends: a link in a wall of cubes overlaps hundreds.
+/// With twice as many, queries end a hundredth farther away and take a fourth longer. Lab L098.
+const MAX_OVERLAPS: usize = 4;
+/// Tests of elements after which only those that may be nearer than the nearest contact are tested.
+/// Lab L098.
+const UNRESTRICTED_TESTS: usize = 4;
+/// Contacts after which only nearer ones are searched for: a few that are near each other are
+/// representative.
+const UNRESTRICTED_CONTACTS: usize = 4;
 
-/// Offers `sink` contacts of scenery (the first, in whose frame they are found) and `other` that
-/// are nearer than the margin, nearest first.
+/// Offers `sink` contacts of scenery (the first shape, in whose frame they are found) and `other`
+/// that are nearer than the margin, nearest first.
 ///
-/// The nearest one is always among them, and none is farther than it by more than half of the
-/// margin. Contacts of a shape that lies in the ground are those that it has where it is raised out
-/// of it, as seen from where it is.
+/// The nearest one is among them, unless [`MAX_OVERLAPS`] elements overlap. None is farther than it
+/// by more than half of the margin. A shape that lies in the ground has the contacts that it would
+/// have if it were raised out of it, with distances from where it is.
 pub fn by_elements(
     scenery: &Scenery,
     other: &PreparedShape,
@@ -47,7 +48,7 @@ pub fn by_elements(
     let rise = lift(scenery, &other.shape, relative, &mut buffers.shapes);
     let relative = if rise > 0.0 { &raised(relative, rise) } else { relative };
     let approach = scenery.approach(relative, &other.shape.bounds);
-    let beyond = BEYOND_NEAREST * query.margin;
+    let beyond = BEYOND_NEAREST_SHARE * query.margin;
     let (mut limit, mut nearest) = (query.margin, query.margin);
     let (mut tests, mut overlaps) = (0, 0);
     let mut measured = Measured { other, relative, search: query.search, planes: Planes::default() };
@@ -57,15 +58,13 @@ pub fn by_elements(
     found.clear();
     stack.extend(scenery.root().map(|root| (f64::NEG_INFINITY, root.0)));
     while let Some((bound, at)) = stack.pop() {
-        if overlaps == MOST_OVERLAPS {
+        if overlaps == MAX_OVERLAPS {
             break;
         }
-        // After a few tests, only a nearer one counts.
-        if bound >= if tests >= TESTS { nearest } else { limit } {
+        if bound >= if tests >= UNRESTRICTED_TESTS { nearest } else { limit } {
             continue;
         }
-        // A few contacts that are near each other say all.
-        let cutoff = if found.len() >= ENOUGH { nearest } else { limit };
+        let cutoff = if found.len() >= UNRESTRICTED_CONTACTS { nearest } else { limit };
         let Some(number) = At(at).as_element() else {
             if scenery.bounds_of(At(at)).is_some_and(|bounds| measured.planes.part_box(&bounds, cutoff)) {
                 continue;
@@ -93,7 +92,7 @@ pub fn by_elements(
     }
 }
 
-/// The other shape as elements are measured against it.
+/// The other shape, and planes that it lies behind, found by searches for earlier elements.
 struct Measured<'a> {
     other: &'a PreparedShape,
     relative: &'a Relative,
@@ -102,13 +101,13 @@ struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// The separation of an element, if nearer than `limit` \[m\]. In a coarse search a mesh is
-    /// taken for its pieces.
+    /// Returns the separation of an element if it is below `limit` \[m\]. A coarse search replaces
+    /// a mesh by its pieces.
     fn separation(&mut self, element: &Element, limit: f64, buffers: &mut Buffers) -> Option<Separation> {
         let Self { other, relative, search, .. } = *self;
         let found = match &other.shape.kind {
             ShapeKind::Convex(_) if self.planes.part(element, limit) => None,
-            // Outside of a plane, a ball's middle is not in the shape.
+            // A plane proves that the middle of the element is outside the shape.
             ShapeKind::Convex(solid) if self.planes.part(element, -element.solid.shape.radius) => {
                 self.searched(element, solid, limit)
             }
@@ -125,7 +124,7 @@ impl Measured<'_> {
         let (place, pose) = (Pose::translation(element.place), &self.relative.pose_a_b);
         let mut normal = Vec3::zeros();
         let (shapes, poses) = ([&element.solid.shape, &solid.shape], [&place, pose]);
-        let slack = if self.search == ContactSearch::Exact { Slack::NONE } else { COARSE };
+        let slack = if self.search == ContactSearch::Exact { Slack::NONE } else { COARSE_SLACK };
         let found = convex_distance::separation_within(&mut normal, shapes, poses, limit, slack);
         if found.is_none_or(|found| found.distance > 0.0) {
             self.planes.add(&normal, solid, pose);

@@ -12,22 +12,22 @@ use crate::collision::shapes::bvh::{Boxes, Cuboid, View, below, lanes_of, rounde
 use crate::collision::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::{LANES, Pose, Vec3};
 
-/// Pairs of pieces that are looked at though they are neither the nearest nor within the clearance:
-/// more of them change descents little.
-const MOST_FAR: usize = 4;
-/// Two pieces that a plane parts by more than this share of the margin are far: the plane is their
-/// contact, and how far they are is not searched for.
-pub(crate) const FAR: f64 = 0.4;
+/// Pairs of pieces after which only those within the clearance or nearer than the nearest contact
+/// are evaluated. More change descents little. Lab L078.
+const UNRESTRICTED_PAIRS: usize = 4;
+/// If a plane parts two pieces by more than this share of the margin, the plane is their contact
+/// and their distance is not searched for. Lab L061.
+pub(crate) const FAR_SHARE: f64 = 0.4;
 
-/// Pairs of pieces that overlap and are looked at: where links fold into each other hundreds do,
-/// most because others do. With fewer, descents that run into bodies take more looks; with more,
-/// the same ones.
-const MOST_OVERLAPS: usize = 4;
-/// Of so many pairs of pieces, the nearest of those not looked at yet are brought into order.
-const SORTED_AT_ONCE: usize = 32;
+/// Overlapping pairs of pieces after which a search ends. Where links fold into each other hundreds
+/// overlap, most because others do. With fewer, descents that run into bodies take more
+/// evaluations; with more, as many. Lab L078.
+const MAX_OVERLAPS: usize = 4;
+/// Candidates that are sorted at a time: of thousands, only the first few are evaluated.
+const SORT_BLOCK_PAIRS: usize = 32;
 
-/// Offers `sink` the contact of every two pieces nearer than the margin, nearest first; of pieces
-/// that overlap those whose boxes do most.
+/// Offers `sink` contacts of pieces nearer than the margin, nearest first. Of overlapping pieces,
+/// it offers those whose boxes overlap most.
 pub fn by_pieces(
     [a, b]: [&PreparedShape; 2],
     relative: &Relative,
@@ -40,12 +40,12 @@ pub fn by_pieces(
     find_candidates([a, b], [of_a, of_b], relative, query.margin, buffers);
     let ContactBuffers { found, memory, candidates, .. } = buffers;
     found.clear();
-    let far = (FAR * query.margin).max(2.0 * place.clearance);
+    let far = (FAR_SHARE * query.margin).max(2.0 * place.clearance);
     let (mut looked_at, mut overlaps, mut nearest) = (0, 0, query.margin);
     for at in 0..candidates.len() {
         sort_by_blocks(candidates, at);
         let (bound, i, j) = candidates[at];
-        let limit = if looked_at < MOST_FAR { query.margin } else { nearest.max(place.clearance) };
+        let limit = if looked_at < UNRESTRICTED_PAIRS { query.margin } else { nearest.max(place.clearance) };
         if bound >= limit {
             break;
         }
@@ -66,7 +66,7 @@ pub fn by_pieces(
         nearest = contact.map_or(nearest, |contact| nearest.min(contact.distance));
         found.extend(contact);
         overlaps += usize::from(contact.is_some_and(|contact| contact.distance < 0.0));
-        if overlaps == MOST_OVERLAPS {
+        if overlaps == MAX_OVERLAPS {
             break;
         }
     }
@@ -78,24 +78,23 @@ pub fn by_pieces(
     }
 }
 
-/// Brings the nearest of those from `at` on into order, a few at a time where `at` is the first of
-/// a block: of thousands, the first few are looked at.
+/// Sorts the nearest candidates from `at` on if a block begins there.
 fn sort_by_blocks(candidates: &mut [Candidate], at: usize) {
-    if !at.is_multiple_of(SORTED_AT_ONCE) {
+    if !at.is_multiple_of(SORT_BLOCK_PAIRS) {
         return;
     }
     let by_bound = |x: &Candidate, y: &Candidate| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2)));
     let rest = &mut candidates[at..];
-    if rest.len() > 2 * SORTED_AT_ONCE {
-        rest.select_nth_unstable_by(SORTED_AT_ONCE, by_bound);
-        rest[..SORTED_AT_ONCE].sort_unstable_by(by_bound);
+    if rest.len() > 2 * SORT_BLOCK_PAIRS {
+        rest.select_nth_unstable_by(SORT_BLOCK_PAIRS, by_bound);
+        rest[..SORT_BLOCK_PAIRS].sort_unstable_by(by_bound);
     } else {
         rest.sort_unstable_by(by_bound);
     }
 }
 
-/// Whether the pieces around two shapes prove, if they are known and hold all of them, that the
-/// shapes are no nearer than the margin.
+/// Returns whether known pieces that hold two shapes prove that the shapes are no nearer than the
+/// margin.
 pub fn are_parted(
     [a, b]: [&PreparedShape; 2],
     relative: &Relative,
@@ -104,7 +103,7 @@ pub fn are_parted(
     buffers: &mut ContactBuffers,
 ) -> bool {
     let (Some(of_a), Some(of_b)) = (a.known_cover(), b.known_cover()) else { return false };
-    // Where proposals have finer ones, they remember other pairs of pieces.
+    // If proposals use finer pieces, the memory is about those, not about the ones compared here.
     if [(a, b), (b, a)].iter().any(|(one, other)| one.is_finer_beside(other)) {
         return false;
     }
@@ -124,8 +123,8 @@ fn pair_count([of_a, of_b]: [PiecesRef; 2]) -> usize {
     of_a.shapes.len() * of_b.shapes.len()
 }
 
-/// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\], as boxes and
-/// balls tell.
+/// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\] by their
+/// boxes and balls.
 pub fn find_candidates(
     [a, b]: [&PreparedShape; 2],
     [of_a, of_b]: [PiecesRef; 2],
@@ -135,7 +134,7 @@ pub fn find_candidates(
 ) {
     let ContactBuffers { candidates, near_pieces, .. } = buffers;
     candidates.clear();
-    // Eight at a time of the one that has more of them.
+    // The shape with more boxes is tested eight pieces at a time.
     let swapped = of_a.boxes.len() > of_b.boxes.len();
     let ((one, each), (other, all)) = if swapped { ((b, of_b), (a, of_a)) } else { ((a, of_a), (b, of_b)) };
     let (pose_a_b, pose_b_a) = (relative.pose_a_b, relative.pose_a_b.inverse());
@@ -169,8 +168,8 @@ pub fn find_candidates(
     }
 }
 
-/// Calls `near` with those boxes that may be nearer than the margin to the one seen, and lower
-/// bounds \[m\] on how far they are.
+/// Calls `near` with the boxes that may be nearer than the margin to the one seen, each with a
+/// lower bound \[m\] on its distance.
 struct NearBoxes<'a, F> {
     boxes: &'a [Boxes],
     view: &'a View,
@@ -194,9 +193,10 @@ impl<F: FnMut(f32, usize)> WithSimd for NearBoxes<'_, F> {
     }
 }
 
-/// Two pieces across the direction from the box around the first to the centre of the ball around
-/// the second: how far planes across it part them \[m\] (nearly their distance where that is more
-/// than a fraction of their size; negative where none does), and the points that those touch.
+/// Returns by how much \[m\] two parallel planes part two pieces, and the points that they touch.
+/// They lie across the direction from the box around the first piece to the centre of the ball
+/// around the second. The result is nearly the distance if that is more than a fraction of the
+/// pieces' size, and negative if the planes part nothing.
 fn plane_between(x: &Shape, y: &Shape, pose_x_y: &Pose) -> Near {
     let center_y = pose_x_y.point(&y.ball.0);
     let beyond = beyond_box(x, &center_y);
@@ -210,13 +210,12 @@ fn plane_between(x: &Shape, y: &Shape, pose_x_y: &Pose) -> Near {
     Near { distance, point_first, point_second, normal: -along }
 }
 
-/// From the nearest point of the box around a shape to a point in its frame.
+/// Returns the vector from the nearest point of the box around a shape to a point in its frame.
 fn beyond_box(x: &Shape, point: &Vec3) -> Vec3 {
     let offset = point - x.bounds.center;
     offset - offset.zip_map(&x.bounds.half, |o, half| o.clamp(-half, half))
 }
 
-/// What a piece is.
 pub fn solid(piece: &Shape) -> &ConvexSolid {
     match &piece.kind {
         ShapeKind::Convex(solid) => solid,
@@ -228,7 +227,7 @@ pub fn solid(piece: &Shape) -> &ConvexSolid {
 mod tests {
     use super::*;
     use crate::collision::Contact;
-    use crate::collision::contacts::convex_convex::COARSE;
+    use crate::collision::contacts::convex_convex::COARSE_SLACK;
     use crate::collision::contacts::gather;
     use crate::collision::narrow_phase::{self, Buffers, SeparatingWitness};
     use crate::collision::prepared::Placed;
@@ -253,8 +252,8 @@ mod tests {
         }
     }
 
-    /// A bracket, a lumpy body and two convex shapes, at random poses around contact, against exact
-    /// distances.
+    /// Compares a bracket, a lumpy body and two convex shapes with exact distances, at random poses
+    /// around contact.
     #[test]
     fn pieces_are_never_farther_than_the_shapes_and_hardly_nearer() {
         let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
@@ -290,7 +289,7 @@ mod tests {
             // Below twice the clearance, distances of pieces are exact; above it a share may be
             // missing, and far ones are only known to be far.
             let (found, slack) = (nearest(margin), nearest(1e-3));
-            let least = ((1.0 - COARSE.gap) * found).min(FAR * margin);
+            let least = ((1.0 - COARSE_SLACK.gap) * found).min(FAR_SHARE * margin);
             assert!(slack <= found + 1e-7 && slack >= least - 1e-7 || found < 0.0);
             let exact = narrow_phase::signed_distance(first, second, margin, &mut buffers).unwrap_or(margin);
             assert!(found <= exact.max(0.0) + 1e-7, "{round}: {found} {exact}");

@@ -1,24 +1,24 @@
-//! What the last search for a contact found, for each pair of convex shapes.
+//! Results of the last search for a contact, for each pair of convex shapes.
 //!
-//! Between two steps of a descent little changes. Whoever needs results that do not depend on what
-//! was asked before forgets it first. Labels do not use it.
+//! Little changes between two steps of a descent. Callers whose results must not depend on earlier
+//! queries forget them first. Labels do not use them.
 
 use super::convex_convex::ContactMemory;
 
-/// One for each pair of shapes.
+/// Memories of contacts by pair of shapes, and by pair of convex pieces.
 #[derive(Debug, Default)]
 pub struct ContactCache {
     pairs: Vec<(u32, ContactMemory)>,
     epoch: u32,
-    /// Of pairs of pieces: which they are, in the order in which they were requested.
+    /// Keys and memories of pairs of pieces, in the order in which they were first requested.
     pieces: Vec<([u32; 2], ContactMemory)>,
-    /// Where they are: for each pair of shapes, for each pair of their pieces; right where the
-    /// entry there says that it is that pair.
+    /// Index into `pieces` by pair of shapes and pair of their pieces. It is valid only if the
+    /// entry there has that key.
     places: Vec<Vec<u32>>,
 }
 
 impl ContactCache {
-    /// That of the pair with number `parts`; none where nothing is known.
+    /// Returns the memory of the pair of shapes number `parts`, empty if nothing is known.
     pub fn of(&mut self, parts: usize) -> &mut ContactMemory {
         if parts >= self.pairs.len() {
             self.pairs.resize(parts + 1, (self.epoch, ContactMemory::default()));
@@ -30,15 +30,15 @@ impl ContactCache {
         last
     }
 
-    /// That of pieces number `at` of `count` of the pair of shapes with number `parts`. Most of so
-    /// many pairs are never asked for.
+    /// Returns the memory of the pair of pieces number `at` of `count`, of the pair of shapes
+    /// number `parts`. It is made on request, because most of so many pairs are never requested.
     pub fn of_pieces(&mut self, parts: usize, count: usize, at: usize) -> &mut ContactMemory {
         if parts >= self.places.len() {
             self.places.resize(parts + 1, Vec::new());
         }
         let places = &mut self.places[parts];
-        // Forgetting leaves them as they are, and in another scene the pair of that number may have
-        // more pieces.
+        // `forget` keeps these indices, and in another scene the pair of that number may have more
+        // pieces.
         if places.len() < count {
             places.resize(count, 0);
         }
@@ -51,7 +51,6 @@ impl ContactCache {
         &mut self.pieces[*place as usize].1
     }
 
-    /// Forgets all of them.
     pub fn forget(&mut self) {
         self.pieces.clear();
         self.epoch = self.epoch.wrapping_add(1);
@@ -84,7 +83,8 @@ mod tests {
             |memories: &mut ContactCache, [parts, at]: [usize; 2]| memories.of_pieces(parts, 6, at).last.count();
         let all: Vec<[usize; 2]> = [4, 0, 7].into_iter().flat_map(|parts| [5, 0, 2].map(|at| [parts, at])).collect();
         for turn in 0..3 {
-            // Every other one, in another order each time: what is asked for first stands first.
+            // Every other memory is filled, in another order each time: the first one requested
+            // comes first.
             for (k, &[parts, at]) in all.iter().cycle().skip(turn).take(all.len()).enumerate() {
                 assert_eq!(count(&mut memories, [parts, at]), 0, "{turn}: {parts} {at}");
                 if k % 2 == 0 {

@@ -1,4 +1,4 @@
-//! A contact of two bodies, and how exactly contacts are asked for. No search.
+//! A contact of two bodies, and how exact contacts are requested. No search.
 
 use serde::Serialize;
 
@@ -6,50 +6,52 @@ use crate::kinematics::{Twists, Wrench};
 use crate::math::Vec3;
 use crate::scene::{PairId, Scene};
 
-/// Two places of a checked pair that are near each other.
+/// Two points at which the bodies of a checked pair are near each other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: PairId,
-    /// Signed distance \[m\]; negative where the two overlap. As
-    /// [`crate::collision::Checker::contacts`] gives it, less what the pair keeps beyond the
+    /// Signed distance \[m\], negative if the two overlap. From
+    /// [`crate::collision::Checker::contacts`] it comes without what the pair keeps beyond the
     /// clearance of the scene.
     pub distance: f64,
     /// Nearest (or deepest) point on the first body, world coordinates \[m\].
     #[doc(hidden)]
     pub point_first: Vec3,
-    /// The same on the second body.
+    /// Nearest (or deepest) point on the second body, world coordinates \[m\].
     #[doc(hidden)]
     pub point_second: Vec3,
-    /// Unit, world coordinates, from the second body toward the first: moving the first body along
-    /// it by `t` changes `distance` by `t`.
+    /// Unit normal from the second body toward the first, world coordinates: moving the first body
+    /// along it by `t` changes `distance` by `t`.
     #[doc(hidden)]
     pub normal: Vec3,
 }
 
 impl Contact {
-    /// The nearest (or deepest) points \[m\] of the first and of the second body, in the world.
+    /// Returns the nearest (or deepest) points \[m\] of the first and of the second body, in the
+    /// world.
     pub fn points(&self) -> [[f64; 3]; 2] {
         [self.point_first, self.point_second].map(Into::into)
     }
 
-    /// The unit normal from the second body toward the first, in the world: moving the first along
-    /// it by `t` changes `distance` by `t`.
+    /// Returns the unit normal from the second body toward the first, in the world: moving the
+    /// first along it by `t` changes `distance` by `t`.
     pub fn normal(&self) -> [f64; 3] {
         self.normal.into()
     }
 
     /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`)
-    /// \[m per rad or m\], to first order: the two points stay fixed to their bodies. `twists` are
-    /// those of the configuration.
+    /// \[m per rad or m\]. It is of first order: the two points stay fixed to their bodies.
+    /// `twists` are those of the configuration.
     #[doc(hidden)]
     pub fn add_gradient(&self, scene: &Scene, twists: &Twists, gradient: &mut [f64]) {
         let pair = &scene.pairs[self.pair.index()];
         let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
         let of_first = Wrench::at(&self.point_first, self.normal);
         let of_second = Wrench::at(&self.point_second, -self.normal);
-        // What carries both bodies parts nothing; frames come after those that carry them.
+        // Joints that carry both bodies do not part them. Frames have higher indices than the
+        // frames that carry them.
         while first != second {
             let (frame, wrench) = if first > second { (&mut first, &of_first) } else { (&mut second, &of_second) };
             twists.of(*frame).iter().for_each(|twist| gradient[twist.v] += twist.power(wrench));
@@ -58,23 +60,24 @@ impl Contact {
     }
 }
 
-/// Which contacts are wanted.
+/// Describes which contacts are requested, and how exact.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactQuery {
-    /// Of pairs nearer than this \[m\].
+    /// Contacts are requested of pairs nearer than this \[m\].
     pub margin: f64,
-    /// How exact they have to be.
+    /// How exact the contacts have to be.
     pub search: ContactSearch,
 }
 
 /// How exact contacts have to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
-    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before,
-    /// moved along; depths may be up to twice too large, and distances of more than twice the
-    /// clearance up to a third too small (of meshes, far ones by more). Meshes are taken for convex
-    /// pieces around them, which stand out by a few thousandths of their size: deep overlaps are
-    /// seen whole, and where no contact is below the clearance the configuration is free.
+    /// Exact enough to propose a step. Contacts of convex shapes that are far apart may be those of
+    /// the last search, moved along. Depths may be up to twice too large. Distances of more than
+    /// twice the clearance may be up to a third too small (far ones of meshes by more). Meshes are
+    /// replaced by convex pieces around them, which stand out by a few thousandths of their size.
+    /// Deep overlaps are then seen whole, and a configuration is free if no contact is below the
+    /// clearance.
     Proposal,
     /// The nearest contact, and the depth of convex shapes, within rounding.
     Exact,

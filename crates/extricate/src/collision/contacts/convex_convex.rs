@@ -1,4 +1,5 @@
-//! The contact of two convex shapes, and what it spares the next search for the same pair.
+//! The contact of two convex shapes, and the memory that saves work in the next search for the same
+//! pair.
 
 use super::contact::{ContactQuery, ContactSearch};
 use crate::collision::convex_distance::{self, LastFeatures, Separation, Slack};
@@ -6,15 +7,15 @@ use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::Relative;
 use crate::math::{Mat3, Pose, Vec3};
 
-/// What the last search for a contact of two convex shapes found.
+/// Result of the last search for a contact of two convex shapes.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactMemory {
-    /// From where the next search starts.
+    /// Features from which the next search starts.
     pub last: LastFeatures,
     pose_a_b: Pose,
-    /// Proved lower bound on the signed distance at that pose \[m\].
+    /// Proved lower bound on the signed distance at `pose_a_b` \[m\].
     lower: f64,
-    /// The contact, if one was looked for and found, in the frame of the first shape.
+    /// The contact in the frame of the first shape, if the last search found one.
     contact: Option<Separation>,
 }
 
@@ -25,24 +26,26 @@ impl Default for ContactMemory {
     }
 }
 
-/// In a coarse search, the last contact is carried along while the shapes have come nearer by no
-/// more than this share of its distance: its plane then still has them on its two sides, and the
-/// step it constrains is judged anew where it leads.
-const CARRIED: f64 = 0.5;
+/// A coarse search moves the last contact along while at least this share of its distance is proved
+/// to remain. Its plane then still has the shapes on its two sides, and the step that it constrains
+/// is evaluated anew at its end.
+const MIN_REMAINING_SHARE: f64 = 0.5;
 
-/// In a coarse search, the depth of an overlap is too large by at most this share of itself: the
-/// step that it asks for is judged anew where it leads, and with 0.05 queries take a fifth more
-/// instructions and find the same. Of a distance of more than twice the clearance the share `gap`
-/// may be missing.
-pub const COARSE: Slack = Slack { depth: 0.5, gap: 0.3, beyond: f64::INFINITY };
+/// Slack of a coarse search, whose steps are evaluated anew at their end. A depth may be too large
+/// by the share `depth` of itself: with 0.05, queries take a fifth more instructions and find the
+/// same. A distance of more than twice the clearance may be too small by the share `gap`. Lab L044.
+pub const COARSE_SLACK: Slack = Slack { depth: 0.5, gap: 0.3, beyond: f64::INFINITY };
 
 impl ContactMemory {
-    /// The contact of two convex shapes in the frame of the first, if nearer than the margin.
+    /// Returns the contact of two convex shapes in the frame of the first, if nearer than the
+    /// margin.
     ///
-    /// Exact within rounding; in a coarse search, the last one moved along (see [`CARRIED`]) as
-    /// long as that proves a distance of more than `clearance`, and what is found no more exact
-    /// than [`COARSE`]. `ball_second` holds the second shape, in its own frame; `least` tells a
-    /// lower bound on the signed distance \[m\], if one is needed.
+    /// It is exact within rounding, except in a coarse search. That moves the last contact along
+    /// (see [`MIN_REMAINING_SHARE`]) while a distance of more than twice `clearance` is proved, and
+    /// else searches with [`COARSE_SLACK`].
+    ///
+    /// `ball_second` holds the second shape, in its own frame. `least` returns a lower bound on the
+    /// signed distance \[m\]; it is called only if needed.
     pub fn contact(
         &mut self,
         [x, y]: [&ConvexSolid; 2],
@@ -58,7 +61,7 @@ impl ContactMemory {
         }
         if let Some(contact) = self.contact
             && query.search != ContactSearch::Exact
-            && bound > (CARRIED * self.lower).max(2.0 * clearance)
+            && bound > (MIN_REMAINING_SHARE * self.lower).max(2.0 * clearance)
         {
             let point_second = relative.pose_a_b.point(&self.pose_a_b.inverse_point(&contact.point_second));
             let distance = contact.normal.dot(&(contact.point_first - point_second)).max(bound);
@@ -72,7 +75,7 @@ impl ContactMemory {
         }
         let slack = match query.search {
             ContactSearch::Exact => Slack::NONE,
-            ContactSearch::Proposal => Slack { beyond: 2.0 * clearance, ..COARSE },
+            ContactSearch::Proposal => Slack { beyond: 2.0 * clearance, ..COARSE_SLACK },
         };
         let (first, pose_first, pose_second) = (&x.shape, &Pose::identity(), &relative.pose_a_b);
         let found = convex_distance::separation_near(
@@ -90,12 +93,12 @@ impl ContactMemory {
     }
 }
 
-/// Upper bound \[m\] on how far a point of a ball, fixed to the second frame, moves in the first
-/// between two poses.
+/// Returns an upper bound \[m\] on how far a point of a ball, fixed to the second frame, moves in
+/// the first between two poses.
 fn displacement(from: &Pose, to: &Pose, (center, radius): (Vec3, f64)) -> f64 {
     let turned: Mat3 = to.rotation - from.rotation;
-    // A difference of rotations stretches by its Frobenius norm over the root of 2, along every
-    // direction across the axis.
+    // The difference of two rotations stretches every vector across its axis by its Frobenius norm
+    // over the root of 2.
     let stretch = turned.norm() * std::f64::consts::FRAC_1_SQRT_2;
     (turned * center + (to.translation - from.translation)).norm() + radius * stretch * (1.0 + 1e-9)
 }
@@ -128,8 +131,8 @@ mod tests {
         solid
     }
 
-    /// Two shapes that move a little at a time, nearer, into and past each other: against the
-    /// search that starts anew.
+    /// Moves two shapes in small steps nearer, into and past each other, and compares with searches
+    /// that start anew.
     #[test]
     fn memory_changes_no_exact_contact_and_carries_only_far_ones() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
@@ -163,7 +166,7 @@ mod tests {
                 };
                 if cold.distance < 0.0 {
                     assert!(near.distance < cold.distance + 1e-7, "{cold:?} {near:?}");
-                    assert!(near.distance * (1.0 - COARSE.depth) > cold.distance - 1e-7, "{cold:?} {near:?}");
+                    assert!(near.distance * (1.0 - COARSE_SLACK.depth) > cold.distance - 1e-7, "{cold:?} {near:?}");
                 } else if (near.distance - cold.distance).abs() > 1e-7 {
                     carried += 1;
                     assert!(cold.distance > 2.0 * clearance && near.distance > 2.0 * clearance, "{cold:?} {near:?}");

@@ -12,15 +12,17 @@ use crate::collision::prepared::Placed;
 use crate::collision::shapes::ShapeKind;
 use crate::collision::shapes::bounds::Relative;
 
-/// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at
-/// `contacts[start..]`.
+/// Appends the contacts of two shapes nearer than the query's margin to those of the pair, which
+/// begin at `contacts[place.start]`.
 ///
-/// Convex shapes give one, exact also below 0 where the search is. Meshes give their nearest one
-/// (exact above 0 where the search is) and others that tell something else, up to twelve a pair, in
-/// an exact search none farther than that by more than half of the margin. Where surfaces cross,
-/// depth and normal are those that part two triangles along one of their outward normals (or a
-/// triangle from a convex solid); where one lies inside the other they lead from a vertex or centre
-/// to the nearest surface: heuristics for proposals.
+/// Two convex shapes give one contact; in an exact search it is exact also below 0. Meshes give
+/// their nearest contact, in an exact search exact above 0, and others that differ from it, up to
+/// twelve a pair. In an exact search none is farther than the nearest by more than half of the
+/// margin.
+///
+/// If surfaces cross, depth and normal are those that part two triangles along one of their outward
+/// normals (or a triangle from a convex solid). If one shape lies inside the other, they lead from
+/// a vertex or centre to the nearest surface. Both are heuristics for proposals.
 pub fn gather(
     [first, second]: [Placed; 2],
     query: ContactQuery,
@@ -48,7 +50,7 @@ pub fn gather(
         }
         _ => {}
     }
-    // Trees of triangles take long to find that nothing is near.
+    // Trees of triangles take long to find that nothing is near, so pieces are tried first.
     if !are_convex && search == ContactSearch::Exact && are_parted(prepared, &relative, margin, place, buffers) {
         return;
     }
@@ -60,7 +62,7 @@ pub fn gather(
             let memory = buffers.memory.of(parts);
             let least = || relative.lower_bound(&a.bounds, &b.bounds);
             if let Some(found) = memory.contact([x, y], b.ball, &relative, query, clearance, least) {
-                // A check of where the contact just keeps the clearance then takes one plane.
+                // A check at which this contact just keeps the clearance then takes one plane.
                 hint.normal = found.normal;
                 sink.push(&Near::from(found));
             }

@@ -15,7 +15,7 @@ use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::collision::shapes::mesh::MeshShape;
 use crate::math::{Pose, Vec3};
 
-/// Lower bounds of boxes against one.
+/// Computes lower bounds on the distances of boxes from one box.
 struct LowerBounds<'a> {
     boxes: &'a Boxes,
     view: &'a View,
@@ -31,7 +31,6 @@ impl WithSimd for LowerBounds<'_> {
     }
 }
 
-/// Offers the contacts of both to `sink`.
 pub fn mesh_with_convex(
     mesh: &MeshShape,
     solid: &ConvexSolid,
@@ -54,8 +53,9 @@ pub fn mesh_with_convex(
             let node = &tree.nodes[at.index()];
             let bounds = lower_bounds(&node.boxes);
             for lane in lanes_of(below(&bounds, rounded_up(limit))) {
-                // A box around the solid has corners that the solid does not have: of a cylinder
-                // or a hull, what is near them would all be opened before what is nearest.
+                // The box around the solid has corners that the solid, a cylinder or a hull, does
+                // not have. By boxes alone, all nodes near them would be opened before the nearest
+                // ones.
                 let cuboid = node.boxes.get(lane);
                 let Some(distance) = distance_of_box(&cuboid, solid, pose, limit) else { continue };
                 let bound = f64::from(bounds[lane]).max(distance);
@@ -84,8 +84,8 @@ pub fn mesh_with_convex(
     }
 }
 
-/// Lower bound \[m\] on the distance of what a box holds from a solid, 0 where they overlap; `None`
-/// beyond `limit`.
+/// Returns a lower bound \[m\] on the distance of a box's contents from a solid, 0 if they overlap;
+/// `None` beyond `limit`.
 fn distance_of_box(cuboid: &Cuboid, solid: &ConvexSolid, pose: &Pose, limit: f64) -> Option<f64> {
     let core = ConvexCore::Box { half_extents: Vec3::from(cuboid.half.map(f64::from)) };
     let shape = ConvexShape { core, radius: 0.0 };

@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::buffers::{ContactBuffers, TRIANGLES};
+use super::buffers::{ContactBuffers, TRIANGLES_ENTRY};
 use super::overlap::crossing;
 use super::sink::{Near, Sink};
 use crate::collision::narrow_phase::best_first::Entry;
@@ -14,9 +14,9 @@ use crate::collision::shapes::bounds::Relative;
 use crate::collision::shapes::bvh::{Ref, rounded_up};
 use crate::collision::shapes::mesh::MeshShape;
 
-/// Distances \[m\] at which the direction between two points is lost to rounding.
-const TOUCHING: f64 = 1e-10;
-/// Offers the contacts of both to `sink`.
+/// Distance \[m\] below which the direction between two points is lost to rounding.
+const TOUCHING_DISTANCE_M: f64 = 1e-10;
+
 pub fn mesh_with_mesh(
     a: &MeshShape,
     b: &MeshShape,
@@ -30,13 +30,13 @@ pub fn mesh_with_mesh(
     buffers.restart(sink.margin, whole, a.tree.root.0, b.tree.root.0);
     let overlap = buffers.run(sink, |buffers, bound, i, j| {
         let limit = buffers.limit;
-        if i == TRIANGLES {
+        if i == TRIANGLES_ENTRY {
             let [(i, k), (j, l)] = buffers.triangles[j as usize];
             let (s, t) = (&a.tree.blocks[i as usize], &b.tree.blocks[j as usize]);
             let (first, second) = (s.triangle(usize::from(k)), t.triangle(usize::from(l)).moved(pose));
             if let Some(witness) = triangle::closest(&first, &second, limit * limit) {
                 let distance = witness.squared.sqrt();
-                if distance > TOUCHING {
+                if distance > TOUCHING_DISTANCE_M {
                     let normal = (witness.first - witness.second) / distance;
                     let (point_first, point_second) = (witness.first, witness.second);
                     buffers.find(Near { distance, point_first, point_second, normal });
@@ -53,7 +53,7 @@ pub fn mesh_with_mesh(
         if i.is_block() && j.is_block() {
             let each = |k: usize, l: usize, gap: f64| {
                 let second = buffers.triangles.len() as u32;
-                buffers.queue.push(Entry { bound: gap.max(bound), first: TRIANGLES, second });
+                buffers.queue.push(Entry { bound: gap.max(bound), first: TRIANGLES_ENTRY, second });
                 buffers.triangles.push([(i.index() as u32, k as u8), (j.index() as u32, l as u8)]);
             };
             Arch::new().dispatch(NearTriangles { pair: &two, i, j, limit, each });
@@ -84,7 +84,7 @@ pub fn mesh_with_mesh(
     }
 }
 
-/// Puts what two, not both blocks, are made of into the queue.
+/// Pushes the children of two nodes, of which not both are blocks, to the queue.
 struct Open<'a> {
     pair: &'a Pair<'a>,
     i: Ref,

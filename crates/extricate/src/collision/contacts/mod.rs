@@ -1,5 +1,5 @@
-//! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is
-//! elsewhere.
+//! Contacts of two shapes: points where they are near, as local constraints for proposals. Whether
+//! shapes collide is decided in `narrow_phase`.
 
 mod buffers;
 mod by_elements;
@@ -13,7 +13,7 @@ mod mesh_mesh;
 mod overlap;
 mod sink;
 
-pub use buffers::{BEYOND_NEAREST, ContactBuffers, PairPlace};
+pub use buffers::{BEYOND_NEAREST_SHARE, ContactBuffers, PairPlace};
 pub use by_pieces::{find_candidates, solid};
 pub use contact::{Contact, ContactQuery, ContactSearch};
 pub use gather::gather;

@@ -1,13 +1,13 @@
-//! Guesses of what parts two pieces of surface that overlap: one triangle from another, or from a
-//! convex solid.
+//! Estimated contacts of overlapping surfaces: of one triangle with another, or with a convex
+//! solid.
 
 use super::sink::Near;
 use crate::collision::narrow_phase::triangle::Triangle;
 use crate::collision::shapes::ConvexSolid;
 use crate::math::{Pose, Vec3};
 
-/// The least translation along a normal of one of two crossing triangles that parts them; outward
-/// where they bound solids.
+/// Returns the contact with the least translation that parts two crossing triangles along a normal
+/// of one of them. Triangles that bound solids push outward only.
 pub fn crossing(first: &Triangle, first_closed: bool, second: &Triangle, second_closed: bool) -> Option<Near> {
     let mut best: Option<Near> = None;
     for (face, closed, other, sign) in [(second, second_closed, first, 1.0), (first, first_closed, second, -1.0)] {
@@ -29,14 +29,15 @@ pub fn crossing(first: &Triangle, first_closed: bool, second: &Triangle, second_
     best
 }
 
-/// The contact of a triangle and a solid, but a triangle of a closed component pushes the solid
-/// outward, even where inward is shorter.
+/// Returns the contact of a triangle and a solid. A triangle of a closed component pushes the solid
+/// outward, even if inward is shorter.
 pub fn outward(found: Near, face: &Triangle, closed: bool, solid: &ConvexSolid, pose: &Pose) -> Near {
     let inward = closed && found.distance <= 0.0 && found.normal.dot(&face.normal) > 0.0;
     if inward { along(&-face.normal, face, solid, pose) } else { found }
 }
 
-/// What parts a triangle from a solid along `normal` (unit, from the solid to the triangle).
+/// Returns the contact that parts a triangle from a solid along `normal` (unit, from the solid to
+/// the triangle).
 fn along(normal: &Vec3, face: &Triangle, solid: &ConvexSolid, pose: &Pose) -> Near {
     let least = |p: &Vec3, q: &Vec3| normal.dot(p).total_cmp(&normal.dot(q));
     let lowest = face.points.into_iter().min_by(least).expect("three corners");

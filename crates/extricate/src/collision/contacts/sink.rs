@@ -1,42 +1,40 @@
-//! Where contacts of two shapes go: into the world, in the order of the pair, thinned. No search.
+//! The list to which contacts of two shapes go: in world coordinates, in the order of the pair,
+//! thinned. No search.
 
 use super::contact::Contact;
 use crate::collision::convex_distance::Separation;
 use crate::math::{Pose, Vec3};
 use crate::scene::PairId;
 
-/// Most contacts of a pair that meshes give.
-const MOST: usize = 12;
-/// Contacts whose normals have a larger cosine and that are near each other tell the same: the
-/// farther one is dropped.
-const SAME_NORMAL: f64 = 0.97;
+/// Most contacts of a pair of bodies; those added by `push` are not limited.
+const MAX_CONTACTS: usize = 12;
+/// Contacts near each other whose normals have a larger cosine are redundant: the farther one is
+/// dropped.
+const SAME_NORMAL_COSINE: f64 = 0.97;
 
-/// A contact in the frame of a mesh, which is the first shape.
+/// A contact in the frame of the first shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Near {
-    /// Signed \[m\].
+    /// Signed distance \[m\], negative if the shapes overlap.
     pub distance: f64,
-    /// Of the first shape \[m\].
+    /// Nearest (or deepest) point of the first shape \[m\].
     pub point_first: Vec3,
-    /// Of the second shape \[m\].
+    /// Nearest (or deepest) point of the second shape \[m\].
     pub point_second: Vec3,
-    /// Unit, from the second toward the first.
+    /// Unit normal, from the second shape toward the first.
     pub normal: Vec3,
 }
 
-/// Where contacts go: into the world, in the order of the pair, thinned.
 pub struct Sink<'a> {
     /// Maps the frame in which contacts are found to the world.
     pub pose_world: Pose,
-    /// Whether the first shape there is the second of the pair.
+    /// Whether the first shape of a contact is the second of the pair.
     pub swapped: bool,
-    /// Index of the checked pair of bodies.
     pub pair: PairId,
-    /// Where the contacts of the pair start.
+    /// Index of the first contact of the pair.
     pub start: usize,
-    /// Within which contacts are asked for \[m\].
+    /// Margin within which contacts are requested \[m\].
     pub margin: f64,
-    /// All contacts so far.
     pub contacts: &'a mut Vec<Contact>,
 }
 
@@ -48,30 +46,30 @@ impl Sink<'_> {
         Contact { pair: self.pair, distance: near.distance, point_first, point_second, normal }
     }
 
-    /// Adds a contact as it is.
+    /// Adds a contact without thinning.
     pub fn push(&mut self, near: &Near) {
         self.contacts.push(self.contact(near));
     }
 
-    /// Keeps a contact that tells what no nearer one did; returns whether a farther one may be
-    /// kept. Those of one pair of shapes come nearest first; those of bodies' other shapes that are
-    /// farther give way.
+    /// Adds a contact unless a nearer one is like it, and returns whether a farther one may still
+    /// be kept. Contacts of one pair of shapes come nearest first. Farther ones of other shapes of
+    /// the bodies give way.
     pub fn offer(&mut self, near: &Near) -> bool {
         let radius = (self.margin / 3.0).max(0.02);
         let contact = self.contact(near);
         let same = |c: &Contact| {
-            c.normal.dot(&contact.normal) > SAME_NORMAL && (c.point_first - contact.point_first).norm() < radius
+            c.normal.dot(&contact.normal) > SAME_NORMAL_COSINE && (c.point_first - contact.point_first).norm() < radius
         };
         let kept = &mut self.contacts[self.start..];
         let farthest = || (0..kept.len()).max_by(|i, j| kept[*i].distance.total_cmp(&kept[*j].distance));
-        let has_room = kept.len() < MOST;
+        let has_room = kept.len() < MAX_CONTACTS;
         match kept.iter().position(same).or_else(|| farthest().filter(|_| !has_room)) {
             Some(at) if near.distance < kept[at].distance => kept[at] = contact,
             Some(_) => {}
             None => self.contacts.push(contact),
         }
         let kept = &self.contacts[self.start..];
-        kept.len() < MOST || kept.iter().any(|other| near.distance < other.distance)
+        kept.len() < MAX_CONTACTS || kept.iter().any(|other| near.distance < other.distance)
     }
 }
 

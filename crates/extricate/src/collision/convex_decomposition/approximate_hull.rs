@@ -1,11 +1,11 @@
-//! The farthest points of a set in a few directions, for a hull that is made quickly.
+//! The farthest points of a set in a few directions, for an approximate hull that is made quickly.
 
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::mesh::convex_hull::convex_hull;
 
-/// Half the directions in which a sketch knows the farthest points: axes, and diagonals of faces
-/// and of a cube.
+/// One of each two opposite directions of a sketch: axes, and diagonals of the faces of a cube and
+/// of a cube.
 const DIRECTIONS: [[f64; 3]; 13] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -22,7 +22,7 @@ const DIRECTIONS: [[f64; 3]; 13] = [
     [1.0, -1.0, -1.0],
 ];
 
-/// The farthest points of a set in a few directions.
+/// The farthest points of a set along [`DIRECTIONS`] and against them.
 pub struct Sketch {
     least: [(f64, Vec3); DIRECTIONS.len()],
     most: [(f64, Vec3); DIRECTIONS.len()],
@@ -36,7 +36,6 @@ impl Default for Sketch {
 }
 
 impl Sketch {
-    /// Takes in a point.
     pub fn add(&mut self, point: &Vec3) {
         for (k, [x, y, z]) in DIRECTIONS.iter().enumerate() {
             let along = x * point.x + y * point.y + z * point.z;
@@ -49,7 +48,7 @@ impl Sketch {
         }
     }
 
-    /// Of the farthest points; `None` where they lie in a plane.
+    /// Returns the hull of the farthest points; `None` if they lie in a plane.
     pub fn hull(&self) -> Option<TriangleMesh> {
         let known = self.least.iter().chain(&self.most).filter(|(along, _)| along.is_finite());
         convex_hull(&known.map(|(_, point)| *point).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! Cells of space, cut plane by plane until the hull of what of a mesh lies in each follows the
+//! Cells of space, cut plane by plane until the hull of the part of a mesh in each follows the
 //! surface.
 
 use rayon::prelude::*;
@@ -12,61 +12,63 @@ use crate::math::elementary::sin_cos;
 use crate::robot::TriangleMesh;
 use crate::robot::mesh::convex_hull::convex_hull;
 
-/// How far pieces may stand out of the mesh, as a share of the radius of the mesh's ball, where so
-/// many follow it that closely.
-pub const TOLERANCE: f64 = 0.004;
-/// Cuts tried at a notch.
-const CUTS: usize = 8;
-/// Faces of a hull whose distance from the mesh is looked at.
-pub const FACES_LOOKED_AT: usize = 48;
-/// The same while cuts are compared.
-pub const FACES_GLANCED_AT: usize = 8;
-/// Points of the surface in a cell, beside which notches are looked for.
-pub const POINTS_LOOKED_AT: usize = 128;
-/// Steps outward along a notch, as shares of its depth, are halved to this where they gain less
-/// than [`GAIN`].
-const LEAST_STEP: f64 = 0.05;
-/// As a share of the depth.
-const GAIN: f64 = 0.01;
-/// What the length of a cut's edge, as a share of the size of the cell, is worth, as a share of the
-/// depth of the notch.
-const SHORT: f64 = 0.2;
-/// What the depth of the notch that a cut leaves on the side of the less deep one counts: else a
-/// cut that only halves it passes for one that leaves nothing there.
-const OTHER_SIDE: f64 = 0.2;
-/// What flat hulls are thickened by, as a share of the radius of the mesh's ball.
+/// Cuts end once no piece stands out of the mesh by more than this share of its radius (of the ball
+/// around its box). Lab L076.
+pub const TOLERANCE_SHARE: f64 = 0.004;
+/// Planes along the depth of a notch that are compared as cuts, evenly rotated about it. Lab L076.
+const TURNED_CUTS: usize = 8;
+/// Largest faces of a hull at which its distance from the mesh is measured.
+pub const NOTCH_FACES: usize = 48;
+/// Number of those faces while cuts are compared.
+pub const ROUGH_NOTCH_FACES: usize = 8;
+/// Points of the surface in a cell, beside which notches are searched for.
+pub const NOTCH_POINTS: usize = 128;
+/// A notch is followed outward in steps of a share of its depth. They are halved if they gain less
+/// than [`MIN_GAIN_SHARE`], and end once they are no larger than this.
+const MIN_STEP_SHARE: f64 = 0.05;
+/// Least gain of a step outward, as a share of the depth.
+const MIN_GAIN_SHARE: f64 = 0.01;
+/// Weight of the length of a cut's edge (as a share of the size of the cell) beside the notch left
+/// (as a share of the depth before).
+const EDGE_LENGTH_WEIGHT: f64 = 0.2;
+/// Weight of the shallower of the two notches that a cut leaves. Without it, a cut that only halves
+/// that notch passes for one that leaves nothing there.
+const SHALLOW_SIDE_WEIGHT: f64 = 0.2;
+/// Flat hulls are thickened by this share of the radius of the mesh's ball.
 pub const THICKNESS: f64 = 1e-6;
 
-/// A convex cell of space, and what of the mesh lies in it.
+/// A convex cell of space, and the part of the mesh in it.
 pub struct Cell {
-    /// Its surface.
+    /// Triangles of the surface of the cell.
     pub walls: Vec<[Vec3; 3]>,
     pub triangles: Vec<[Vec3; 3]>,
-    /// Of its surface, evenly spread, in no order.
+    /// Points spread evenly over `triangles`, in no order.
     pub points: Vec<SurfacePoint>,
     pub hull: TriangleMesh,
     pub notch: Option<Concavity>,
-    /// How deep its notch is, if there is none that a cut could make less deep \[m\].
+    /// Depth of its notch if no cut can make it shallower \[m\], else 0.
     pub left: f64,
 }
 
-/// Where a hull stands out of the mesh farthest.
+/// The place where a hull stands out of the mesh farthest.
 #[derive(Clone, Copy)]
 pub struct Concavity {
-    /// How far \[m\].
+    /// Distance of the hull from the mesh \[m\].
     pub depth: f64,
-    /// The nearest point of the mesh.
+    /// Nearest point of the mesh.
     pub bottom: Vec3,
-    /// Unit, from there to the hull.
+    /// Unit vector from `bottom` to the hull.
     pub outward: Vec3,
-    /// Unit, of the triangle there.
+    /// Unit normal of the triangle at `bottom`.
     pub normal: Vec3,
 }
 
-/// Cells of the box around triangles of a mesh of `radius`, cut until the hull of what lies in each
-/// stands out by no more than `tolerance` \[m\], or there are `most`. `across`: whether cuts
-/// across a notch are tried too. Without them bars between whose ends the nearest face is not the
-/// inner one are cut in vain; proposals of contacts do with that.
+/// Cuts the box around triangles of a mesh of `radius` \[m\] into cells. It ends once the hull of
+/// what lies in each stands out by no more than `tolerance` \[m\], or there are `most` cells.
+///
+/// With `across`, cuts across a notch are tried too. Without them, bars are cut in vain if the
+/// nearest face between their ends is not the inner one. That is good enough for proposals of
+/// contacts.
 pub fn cells(
     mesh: &MeshShape,
     triangles: Vec<[Vec3; 3]>,
@@ -94,26 +96,26 @@ pub fn cells(
     cells
 }
 
-/// How deep the deepest notch is that cells leave \[m\].
+/// Returns the depth of the deepest notch that cells leave \[m\].
 pub fn deepest(cells: &[Cell]) -> f64 {
     cells.iter().map(|cell| cell.notch.map_or(cell.left, |notch| notch.depth)).fold(0.0, f64::max)
 }
 
-/// One mesh, and how it is cut.
+/// A mesh and the settings of its cuts.
 pub struct Divider<'a> {
     pub mesh: &'a MeshShape,
-    /// What flat hulls are thickened by \[m\].
+    /// Flat hulls are thickened by this \[m\].
     pub thickness: f64,
     /// Whether cuts across a notch are tried too.
     pub across: bool,
 }
 
 impl Divider<'_> {
-    /// None where nothing lies in the cell.
+    /// Returns a cell; `None` if nothing lies in it.
     fn cell(&self, walls: Vec<[Vec3; 3]>, triangles: Vec<[Vec3; 3]>, stack: &mut Vec<(f64, u32)>) -> Option<Cell> {
         let mut points: Vec<Vec3> = triangles.iter().flatten().copied().collect();
-        // The corners of what the solid and the cell have in common are corners of clipped
-        // triangles, or corners of the cell.
+        // The part of the solid in the cell has its corners at corners of clipped triangles, or of
+        // the cell.
         let of_cell = distinct(walls.iter().flatten().copied().collect());
         points.extend(of_cell.iter().filter(|p| self.mesh.depth_inside(p, self.thickness, stack).is_some()));
         let points = distinct(points);
@@ -121,12 +123,13 @@ impl Divider<'_> {
             return None;
         }
         let hull = self.hull(&points);
-        let points = surface_points(&triangles, POINTS_LOOKED_AT);
-        let notch = self.notch(&hull, FACES_LOOKED_AT, &points, stack);
+        let points = surface_points(&triangles, NOTCH_POINTS);
+        let notch = self.notch(&hull, NOTCH_FACES, &points, stack);
         Some(Cell { walls, triangles, points, hull, notch, left: 0.0 })
     }
 
-    /// The hull of points; of those in a plane, one that is as thin as a flat hull is.
+    /// Returns the hull of points. If they lie in a plane, they are thickened by `thickness` along
+    /// the axes.
     pub fn hull(&self, points: &[Vec3]) -> TriangleMesh {
         convex_hull(points)
             .or_else(|| {
@@ -140,8 +143,8 @@ impl Divider<'_> {
             })
     }
 
-    /// The deepest of those below middles of the `most` largest faces of `hull` and of their edges,
-    /// and of those beside `points`; followed outward while it grows deeper.
+    /// Returns the deepest notch below the middles of the `most` largest faces of `hull` and of
+    /// their edges, or beside `points`. It is followed outward while it grows deeper.
     pub fn notch(
         &self,
         hull: &TriangleMesh,
@@ -174,7 +177,7 @@ impl Divider<'_> {
         let planes: Vec<(Vec3, Vec3)> = faces.iter().filter_map(plane).collect();
         let depth_in_hull = |p: &Vec3| planes.iter().map(|(n, a)| n.dot(&(a - p))).fold(f64::INFINITY, f64::min);
         for SurfacePoint { point, normal } in points {
-            // Where a point of the surface is deep in the hull, so is what is beside it: the hull
+            // If a point of the surface is deep in the hull, so are the points beside it: the hull
             // holds a ball of that radius around it.
             let half = 0.5 * depth_in_hull(point);
             if half > deepest.map_or(self.thickness, |notch| notch.depth) && half.is_finite() {
@@ -183,25 +186,25 @@ impl Divider<'_> {
             }
         }
         let mut step = 0.5;
-        while let Some(notch) = deepest.filter(|_| step > LEAST_STEP) {
+        while let Some(notch) = deepest.filter(|_| step > MIN_STEP_SHARE) {
             let point = notch.bottom + notch.outward * (notch.depth * (1.0 + step));
             if depth_in_hull(&point) >= 0.0 {
                 look_at(point, &mut deepest);
             }
-            if deepest.is_none_or(|now| now.depth < notch.depth * (1.0 + GAIN)) {
+            if deepest.is_none_or(|now| now.depth < notch.depth * (1.0 + MIN_GAIN_SHARE)) {
                 step *= 0.5;
             }
         }
         deepest
     }
 
-    /// Of the planes through the bottom of a notch along its depth, and the plane of the face
-    /// there, the one that leaves the least deep notches, and has a short edge.
+    /// Returns the cut that leaves the least deep notches and has a short edge. It is a plane
+    /// through the bottom of a notch: along its depth, along the face there, or across the depth.
     fn best_cut(&self, cell: &Cell, notch: &Concavity) -> Option<Cut> {
         let across = notch.outward.cross(&Vec3::ith(notch.outward.iamin(), 1.0)).normalize();
         let other = notch.outward.cross(&across);
-        let turned = (0..CUTS).map(|k| {
-            let (sine, cosine) = sin_cos(std::f64::consts::PI * k as f64 / CUTS as f64);
+        let turned = (0..TURNED_CUTS).map(|k| {
+            let (sine, cosine) = sin_cos(std::f64::consts::PI * k as f64 / TURNED_CUTS as f64);
             across * cosine + other * sine
         });
         let size = Aabb::around(cell.hull.vertices.iter()).half.norm();
@@ -216,11 +219,11 @@ impl Divider<'_> {
             let left = sides.iter().zip([-1.0, 1.0]).filter_map(|(side, sign)| {
                 let points: Vec<SurfacePoint> =
                     cell.points.iter().filter(|p| sign * cut.height(&p.point) > 0.0).copied().collect();
-                self.notch(&side.hull()?, FACES_GLANCED_AT, &points, &mut Vec::new())
+                self.notch(&side.hull()?, ROUGH_NOTCH_FACES, &points, &mut Vec::new())
             });
             let left: Vec<f64> = left.map(|notch| notch.depth).collect();
             let (deepest, both) = (left.iter().copied().fold(0.0, f64::max), left.iter().sum::<f64>());
-            ((deepest + OTHER_SIDE * (both - deepest)) / notch.depth + SHORT * length / size, cut)
+            ((deepest + SHALLOW_SIDE_WEIGHT * (both - deepest)) / notch.depth + EDGE_LENGTH_WEIGHT * length / size, cut)
         };
         let costs: Vec<(f64, Cut)> = cuts.flatten().collect::<Vec<Cut>>().into_par_iter().map(cost).collect();
         costs.into_iter().min_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, cut)| cut)
@@ -241,14 +244,14 @@ impl Divider<'_> {
     }
 }
 
-/// The points in order, each once.
+/// Returns the points sorted, each once.
 pub fn distinct(mut points: Vec<Vec3>) -> Vec<Vec3> {
     points.sort_by(|a, b| a.as_slice().partial_cmp(b.as_slice()).expect("finite"));
     points.dedup();
     points
 }
 
-/// The corners of each triangle.
+/// Returns the corners of each triangle.
 pub fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> {
     (0..mesh.triangles.len()).map(|t| mesh.corners(t))
 }

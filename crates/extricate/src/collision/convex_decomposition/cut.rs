@@ -1,28 +1,28 @@
-//! A plane that parts space, and what is on either side of it.
+//! A plane that cuts space, and what of a mesh is on either side of it.
 
 use super::approximate_hull::Sketch;
 use crate::math::Vec3;
 
-/// Points with `normal . x > offset` are above.
+/// A plane; points with `normal . x > offset` are above it.
 #[derive(Clone, Copy)]
 pub struct Cut {
-    /// Unit.
+    /// Unit normal of the plane.
     pub normal: Vec3,
-    /// \[m\]
+    /// Distance of the plane from the origin along `normal` \[m\].
     pub offset: f64,
-    /// What is nearer to the plane is in it \[m\].
+    /// Points nearer to the plane than this count as in it \[m\].
     pub thickness: f64,
 }
 
 impl Cut {
-    /// Above the plane \[m\]; 0 for what is in it.
+    /// Returns the height of a point above the plane \[m\]; 0 if it counts as in the plane.
     pub fn height(&self, point: &Vec3) -> f64 {
         let height = self.normal.dot(point) - self.offset;
         if height.abs() > self.thickness { height } else { 0.0 }
     }
 
-    /// Whether something of a triangle is on that side (-1 or 1): one that lies in the plane is on
-    /// the side that its normal leads away from, where a solid would be.
+    /// Returns whether some of a triangle is on that side (-1 or 1). A triangle in the plane is on
+    /// the side that its normal leads away from, where its solid would be.
     fn reaches(&self, corners: &[Vec3; 3], heights: &[f64; 3], side: f64) -> bool {
         let is_in_plane = heights.iter().all(|h| *h == 0.0);
         let [a, b, c] = corners;
@@ -31,12 +31,12 @@ impl Cut {
     }
 }
 
-/// Where an edge that crosses a plane does so, by the heights of its ends.
+/// Returns the point at which an edge crosses a plane, from the heights of its ends.
 fn crossing((from, above): (&Vec3, f64), (to, below): (&Vec3, f64)) -> Vec3 {
     from + (to - from) * (above / (above - below))
 }
 
-/// The part of a triangle on one side of a plane.
+/// Appends the part of a triangle on one side of a plane, as triangles.
 pub fn clip(corners: &[Vec3; 3], cut: &Cut, side: f64, parts: &mut Vec<[Vec3; 3]>) {
     let heights = corners.map(|p| cut.height(&p));
     if !cut.reaches(corners, &heights, side) {
@@ -58,8 +58,8 @@ pub fn clip(corners: &[Vec3; 3], cut: &Cut, side: f64, parts: &mut Vec<[Vec3; 3]
     parts.extend((2..count).map(|k| [kept[0], kept[k - 1], kept[k]]));
 }
 
-/// Sketches of what is on both sides of a cut, and the length of the line along which it meets the
-/// mesh \[m\].
+/// Returns sketches of what is on both sides of a cut, and the length of the line along which it
+/// meets the mesh \[m\].
 pub fn sketched(triangles: &[[Vec3; 3]], cut: &Cut) -> ([Sketch; 2], f64) {
     let mut sides = [Sketch::default(), Sketch::default()];
     let mut length = 0.0;

@@ -1,5 +1,5 @@
-//! Convex pieces as contacts ask for them: with boxes around them, eight side by side. How they are
-//! cut is another file's matter.
+//! Convex pieces as contacts use them: with boxes around them, eight side by side. They are made in
+//! `cells` and `patches`.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -13,45 +13,44 @@ use crate::math::{LANES, Vec3};
 pub struct Pieces {
     shapes: Vec<Shape>,
     boxes: Vec<Boxes>,
-    /// The number of the first piece that is parted from others by itself: the patches of a surface
-    /// face several ways, and no direction parts all of them.
+    /// Index of the first piece that is parted from others by itself. Patches of a surface face
+    /// several ways, and no direction parts all of them.
     pub first_apart: usize,
 }
 
-/// The same, or a convex shape itself.
+/// Borrowed [`Pieces`], or a convex shape that is its own only piece.
 #[derive(Debug, Clone, Copy)]
 pub struct PiecesRef<'a> {
-    /// At least one.
+    /// The pieces; none for scenery.
     pub shapes: &'a [Shape],
-    /// Around them, eight at a time; none around a convex shape itself.
+    /// Boxes around the pieces, eight at a time; none around a convex shape itself.
     pub boxes: &'a [Boxes],
-    /// The number of the first piece that is parted from others by itself.
+    /// See [`Pieces::first_apart`].
     pub first_apart: usize,
 }
 
 impl Pieces {
-    /// With boxes around them.
+    /// Puts boxes around pieces that are parted from others together.
     pub fn new(shapes: Vec<Shape>) -> Self {
         let bounds: Vec<Aabb> = shapes.iter().map(|shape| shape.bounds).collect();
         Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), first_apart: shapes.len(), shapes }
     }
 
-    /// Those that are parted from others together, and those that are one by one.
+    /// Joins pieces that are parted from others together with pieces that are parted one by one.
     pub fn with_apart(mut together: Vec<Shape>, apart: Vec<Shape>) -> Self {
         let first_apart = together.len();
         together.extend(apart);
         Self { first_apart, ..Self::new(together) }
     }
 
-    /// All of them.
     pub fn all(&self) -> PiecesRef<'_> {
         PiecesRef { shapes: &self.shapes, boxes: &self.boxes, first_apart: self.first_apart }
     }
 }
 
 impl PiecesRef<'_> {
-    /// Whether the box of some piece of a mesh may be within `reach` \[m\] of `point`; `cuboid`
-    /// holds them all.
+    /// Returns whether the box of some piece of a mesh may be within `reach` \[m\] of `point`;
+    /// `cuboid` holds all pieces.
     pub fn are_near(&self, point: &Vec3, reach: f64, cuboid: &Cuboid) -> bool {
         Arch::new().dispatch(AreNear { boxes: self.boxes, point, reach, cuboid })
     }
@@ -71,7 +70,7 @@ impl WithSimd for AreNear<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let place = [self.point.x as f32, self.point.y as f32, self.point.z as f32];
         let (rounding, limit) = (rounding_at(self.point, self.cuboid), rounded_up(self.reach * self.reach));
-        // A square of 0 is below the limit too, which is above it by rounding at least.
+        // `rounded_up` returns a limit above 0, so that a square of 0 is below it too.
         self.boxes.iter().any(|boxes| below(&boxes.distances_squared(simd, &place, rounding), limit) != 0)
     }
 }

@@ -1,6 +1,6 @@
-//! Convex pieces that together hold a mesh: its box is cut, plane by plane, until the hull of what
-//! lies in each cell follows the surface ([`cells`]). What such cells leave hollow is parted along
-//! its surface instead ([`patches`]). One mesh, no pairs.
+//! Convex pieces that together hold a mesh. Its box is cut plane by plane until the hull of what
+//! lies in each cell follows the surface ([`cells`]). Components with a hollow that such cells fill
+//! are split into patches along their surface instead ([`patches`]).
 
 mod approximate_hull;
 mod cells;
@@ -18,40 +18,42 @@ use super::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 pub use cells::THICKNESS;
-use cells::{Cell, Divider, TOLERANCE, cells, deepest};
+use cells::{Cell, Divider, TOLERANCE_SHARE, cells, deepest};
 pub use list::{Pieces, PiecesRef};
 use patches::connected;
 
-/// The sizes of bodies that a mesh has pieces for: its radius, halved once more for each.
+/// Sizes of bodies for which a mesh has pieces: its radius, and that halved once more for each.
 pub const SIZES: usize = 8;
-/// A hollow that is this many times as deep as a body is large has to stay open for it: the body
-/// could enter.
-const ENTERED: f64 = 1.5;
+/// A hollow has to stay open for a body if it is more than this many times as deep as the body is
+/// large: the body could enter. Lab L119.
+const ENTERABLE_DEPTH_RATIO: f64 = 1.5;
 /// The hull of a component, and its cells, may stand out by this share of the body's size.
-const SOLID_TOLERANCE: f64 = 0.5;
-/// Patches are parted until they stand out by less than this share of the body's size.
-const PATCH_TOLERANCE: f64 = 0.03;
-/// If patches still stand out by more than this share, the component keeps its cells.
-const MOST_TOLERANCE: f64 = 0.1;
-/// A component whose hollow is as deep as the body is large may have this many patches, a deeper
-/// one more, by the square. With more, contacts cost more time than nearer exits are worth.
-const PATCHES: f64 = 96.0;
-/// No component has more patches than this.
-const MOST_PATCHES: usize = 1024;
-/// A mesh of more components is parted as one.
-const MOST_COMPONENTS: usize = 4096;
-/// Most pieces of a mesh: if there were more, it keeps its cells. Contacts remember pairs of
-/// pieces.
+const SOLID_TOLERANCE_SHARE: f64 = 0.5;
+/// Patches are split until they stand out by no more than this share of the body's size. With 0.1,
+/// fewer exits from cups and bent pipes are found. Lab L119.
+const PATCH_TOLERANCE_SHARE: f64 = 0.03;
+/// If patches still stand out by more than this share of the body's size, the component keeps its
+/// cells.
+const MAX_PATCH_DEPTH_SHARE: f64 = 0.1;
+/// Most patches of a component whose hollow is as deep as the body is large; a deeper one has more,
+/// by the square. With more, contacts cost more time than nearer exits are worth. Lab L119.
+const BASE_PATCHES: f64 = 96.0;
+/// Most patches of any component.
+const MAX_PATCHES: usize = 1024;
+/// A mesh of more components is split as one.
+const MAX_COMPONENTS: usize = 4096;
+/// Most pieces of a mesh. If there were more, it keeps its cells, because contacts remember pairs
+/// of pieces.
 pub const MOST_PIECES: usize = 4096;
-/// Most cells. On 13 robots of raw meshes among obstacles drawn at random, 48 took up to a third
-/// more time for the same answers; with 24 the room of six walls in the tests is not followed, with
-/// 12 one query in 40 more ended over 1 % farther.
-const MOST: usize = 32;
-/// The same of scenes that have them in the place of a mesh.
-const MOST_PARTS: usize = 48;
+/// Most cells of a mesh. On 13 robots of raw meshes among obstacles drawn at random, 48 took up to
+/// a third more time for the same answers. With 24, six walls around a space in the tests are not
+/// followed; with 12, one query in 40 more ended over 1 % farther. Lab L110.
+const MAX_CELLS: usize = 32;
+/// Most convex parts of a mesh, for scenes that have them in the place of it.
+const MAX_PARTS: usize = 48;
 
-/// Which of the [`SIZES`] of a mesh of `radius` stands for a body of `size` \[m\]: the largest
-/// that is no larger.
+/// Returns which of the [`SIZES`] of a mesh of `radius` represents a body of `size` \[m\]: the
+/// largest that is no larger, else the smallest.
 pub fn size_index(radius: f64, size: f64) -> usize {
     (0..SIZES - 1).find(|index| size_at(radius, *index) <= size).unwrap_or(SIZES - 1)
 }
@@ -60,37 +62,37 @@ fn size_at(radius: f64, index: usize) -> f64 {
     radius * 0.5_f64.powi(index as i32)
 }
 
-/// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces,
-/// and for which of the [`SIZES`] of bodies they fill a hollow.
+/// Returns convex shapes in the frame of `mesh` whose union holds its closed components and its
+/// surfaces, and for which of the [`SIZES`] of bodies they fill a hollow.
 ///
 /// Each is the hull of what lies in one cell, corners of the cell within the solid included. They
-/// stand out of the mesh by [`TOLERANCE`] if no more than [`MOST`] are needed for that, as far as
-/// their largest faces and points spread over the mesh tell; and they hold it up to [`THICKNESS`].
+/// stand out of the mesh by [`TOLERANCE_SHARE`] at most if [`MAX_CELLS`] of them suffice, as far as
+/// their largest faces and points spread over the mesh show. They hold it up to [`THICKNESS`].
 pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, [bool; SIZES]) {
     let radius = bounds.half.norm();
-    let cells = cells(mesh, triangles(mesh), radius, TOLERANCE * radius, MOST, false);
+    let cells = cells(mesh, triangles(mesh), radius, TOLERANCE_SHARE * radius, MAX_CELLS, false);
     let hollow = deepest(&cells);
-    let is_coarse = |index| hollow > ENTERED * size_at(radius, index);
+    let is_coarse = |index| hollow > ENTERABLE_DEPTH_RATIO * size_at(radius, index);
     (Pieces::new(cells.iter().map(Cell::solid).collect()), std::array::from_fn(is_coarse))
 }
 
-/// Finer pieces, for bodies of the size `index`: each component is its hull if that follows it,
-/// else its cells if they leave no hollow that such a body could enter, else patches along its
-/// surface, unless these are too many.
+/// Returns finer pieces, for bodies of the size `index`. A component becomes its hull if that
+/// follows it, else its cells if they leave no hollow that such a body could enter. Else it becomes
+/// patches along its surface, unless these are too many.
 pub fn fine_pieces(mesh: &MeshShape, bounds: &Aabb, index: usize) -> Pieces {
     let radius = bounds.half.norm();
     let size = size_at(radius, index);
     let divider = Divider { mesh, thickness: THICKNESS * radius, across: false };
     let of_component = |triangles: Vec<[Vec3; 3]>| {
-        if let Some(hull) = divider.convex(&triangles, SOLID_TOLERANCE * size) {
+        if let Some(hull) = divider.convex(&triangles, SOLID_TOLERANCE_SHARE * size) {
             return (vec![solid(&hull.vertices)], Vec::new());
         }
-        let cells = cells(mesh, triangles.clone(), radius, SOLID_TOLERANCE * size, MOST, false);
+        let cells = cells(mesh, triangles.clone(), radius, SOLID_TOLERANCE_SHARE * size, MAX_CELLS, false);
         let hollow = deepest(&cells);
-        if hollow > ENTERED * size {
-            let most = ((PATCHES * (hollow / size).powi(2)) as usize).min(MOST_PATCHES);
-            let patches = divider.patches(triangles, PATCH_TOLERANCE * size, most);
-            if patches.iter().all(|patch| patch.depth <= MOST_TOLERANCE * size) {
+        if hollow > ENTERABLE_DEPTH_RATIO * size {
+            let most = ((BASE_PATCHES * (hollow / size).powi(2)) as usize).min(MAX_PATCHES);
+            let patches = divider.patches(triangles, PATCH_TOLERANCE_SHARE * size, most);
+            if patches.iter().all(|patch| patch.depth <= MAX_PATCH_DEPTH_SHARE * size) {
                 return (Vec::new(), patches.iter().map(|patch| solid(&patch.hull.vertices)).collect());
             }
         }
@@ -108,23 +110,24 @@ fn triangles(mesh: &MeshShape) -> Vec<[Vec3; 3]> {
     mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect()
 }
 
-/// The triangles of every closed component, and of surfaces those that share corners.
+/// Returns the triangles of every closed component, and of surfaces the groups that share corners.
 fn components(mesh: &MeshShape) -> Vec<Vec<[Vec3; 3]>> {
     let mut all = Vec::new();
     for (group, is_closed) in mesh.tree.groups.iter().zip(&mesh.closed) {
         let triangles: Vec<[Vec3; 3]> = mesh.tree.triangles(group.blocks.clone()).map(|t| t.points).collect();
         if *is_closed { all.push(triangles) } else { all.extend(connected(&triangles)) }
     }
-    if all.len() > MOST_COMPONENTS { vec![all.concat()] } else { all }
+    if all.len() > MAX_COMPONENTS { vec![all.concat()] } else { all }
 }
 
-/// Convex hulls that together hold a mesh, for scenes that have them in its place, and how far they
-/// stand out of it \[m\], as far as their largest faces and points spread over the mesh tell.
+/// Returns convex hulls that together hold a mesh, for scenes that have them in its place. Also
+/// returns how far they stand out of it \[m\], as far as their largest faces and points spread over
+/// the mesh show.
 pub fn convex_parts(mesh: &TriangleMesh) -> (Vec<TriangleMesh>, f64) {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
     let radius = bounds.half.norm();
-    let cells = cells(&shape, triangles(&shape), radius, TOLERANCE * radius, MOST_PARTS, true);
+    let cells = cells(&shape, triangles(&shape), radius, TOLERANCE_SHARE * radius, MAX_PARTS, true);
     let beyond = deepest(&cells);
     (cells.into_iter().map(|cell| cell.hull).collect(), beyond)
 }
@@ -135,7 +138,7 @@ impl Cell {
     }
 }
 
-/// The hull of points.
+/// Returns the hull of points as a shape.
 pub fn solid(points: &[Vec3]) -> Shape {
     let core = ConvexCore::Hull(HullPoints::new(points));
     let shape = ConvexShape { core, radius: 0.0 };

@@ -1,5 +1,6 @@
-//! Thin convex pieces along the surface of a mesh whose hollows convex cells fill: its triangles,
-//! parted until the hull of each group follows the surface, then joined again where one hull does.
+//! Thin convex pieces along the surface of a mesh whose hollows convex cells fill. Its triangles
+//! are split until the hull of each group follows the surface; groups are joined again if one hull
+//! does.
 //!
 //! Together they hold the surface, not the inside of a solid.
 
@@ -7,27 +8,28 @@ use std::collections::{BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::cells::{Divider, FACES_GLANCED_AT, FACES_LOOKED_AT, POINTS_LOOKED_AT, distinct};
+use super::cells::{Divider, NOTCH_FACES, NOTCH_POINTS, ROUGH_NOTCH_FACES, distinct};
 use super::surface_points::surface_points;
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
 type Triangle = [Vec3; 3];
 
-/// Groups of more triangles are halved in the middle: where exactly matters once they are small.
-const FEW_TRIANGLES: usize = 96;
-/// Points of the surface that are looked at while cuts are compared.
-const POINTS_GLANCED_AT: usize = 32;
-/// Widest gaps along an axis at which a group may be parted.
-const GAPS: usize = 4;
-/// Triangles whose normals have a smaller cosine with that of the largest one are parted from it.
-const SAME_SIDE: [f64; 2] = [0.9, 0.5];
-/// What the less deep side counts beside the deeper one if cuts are compared.
-const OTHER_SIDE: f64 = 0.2;
-/// Patches among which neighbours are looked for that are one: of more, the pairs are too many.
-const MOST_JOINED: usize = 512;
+/// Groups of more triangles are halved in the middle: the exact place matters only once they are
+/// small.
+const MAX_TRIANGLES_COMPARED: usize = 96;
+/// Points of the surface beside which notches are searched for while cuts are compared.
+const ROUGH_NOTCH_POINTS: usize = 32;
+/// Widest gaps per axis at which a group may be split.
+const GAPS_PER_AXIS: usize = 4;
+/// Triangles whose normals have a smaller cosine with that of the largest triangle are split from
+/// it. Both values are tried.
+const SAME_SIDE_COSINES: [f64; 2] = [0.9, 0.5];
+/// Weight of the shallower side beside the deeper one when cuts are compared.
+const SHALLOW_SIDE_WEIGHT: f64 = 0.2;
+/// More patches than this are not joined: pairs of neighbours would be too many.
+const MAX_JOINED_PATCHES: usize = 512;
 
-/// A group of triangles and its hull.
 pub struct Patch {
     triangles: Vec<Triangle>,
     pub hull: TriangleMesh,
@@ -35,7 +37,7 @@ pub struct Patch {
     pub depth: f64,
 }
 
-/// Groups of triangles that share corners.
+/// Returns the groups of triangles that share corners.
 pub fn connected(triangles: &[Triangle]) -> Vec<Vec<Triangle>> {
     fn root(parents: &mut [usize], mut at: usize) -> usize {
         while parents[at] != at {
@@ -64,25 +66,26 @@ pub fn connected(triangles: &[Triangle]) -> Vec<Vec<Triangle>> {
     groups
 }
 
-/// The bits of a corner: equal corners have equal ones.
+/// Returns the bits of a corner; equal corners have equal bits.
 fn key(point: &Vec3) -> [u64; 3] {
     [point.x, point.y, point.z].map(|x| (x + 0.0).to_bits())
 }
 
 impl Divider<'_> {
-    /// The hull of triangles that stands out of the mesh by no more than `tolerance` \[m\], if it
-    /// does not.
+    /// Returns the hull of triangles if it stands out of the mesh by no more than `tolerance`
+    /// \[m\].
     pub fn convex(&self, triangles: &[Triangle], tolerance: f64) -> Option<TriangleMesh> {
-        let (hull, depth) = self.measured(triangles, FACES_LOOKED_AT, POINTS_LOOKED_AT);
+        let (hull, depth) = self.measured(triangles, NOTCH_FACES, NOTCH_POINTS);
         (depth <= tolerance).then_some(hull)
     }
 
-    /// Patches of a group of triangles that stand out of the mesh by less than `tolerance` \[m\],
-    /// or `most` of them.
+    /// Splits a group of triangles into patches that stand out of the mesh by no more than
+    /// `tolerance` \[m\], or into `most` of them.
     pub fn patches(&self, triangles: Vec<Triangle>, tolerance: f64, most: usize) -> Vec<Patch> {
         let mut patches = vec![self.patch(triangles)];
         loop {
-            // All that stand out too far at once; the deepest, if there is no room for all.
+            // All patches that stand out too far are split at once, or only the deepest if `most`
+            // allows no more.
             let mut deep: Vec<usize> = (0..patches.len()).filter(|at| patches[*at].depth > tolerance).collect();
             deep.sort_by(|i, j| patches[*j].depth.total_cmp(&patches[*i].depth).then(i.cmp(j)));
             deep.truncate(most.saturating_sub(patches.len()));
@@ -99,11 +102,11 @@ impl Divider<'_> {
     }
 
     fn patch(&self, triangles: Vec<Triangle>) -> Patch {
-        let (hull, depth) = self.measured(&triangles, FACES_LOOKED_AT, POINTS_LOOKED_AT);
+        let (hull, depth) = self.measured(&triangles, NOTCH_FACES, NOTCH_POINTS);
         Patch { triangles, hull, depth }
     }
 
-    /// The hull of triangles, and how far it stands out of the mesh \[m\].
+    /// Returns the hull of triangles, and how far it stands out of the mesh \[m\].
     fn measured(&self, triangles: &[Triangle], faces: usize, points: usize) -> (TriangleMesh, f64) {
         let hull = self.hull(&distinct(triangles.iter().flatten().copied().collect()));
         if triangles.len() == 1 {
@@ -113,7 +116,7 @@ impl Divider<'_> {
         (hull, notch.map_or(0.0, |notch| notch.depth))
     }
 
-    /// Two groups of triangles: those of a half, of one side of a gap, or that face another way,
+    /// Splits triangles into two groups: at the middle, at a gap, or by the direction they face,
     /// whichever leaves the least depth.
     fn parted(&self, triangles: &[Triangle]) -> [Patch; 2] {
         let middles: Vec<Vec3> = triangles.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
@@ -134,25 +137,25 @@ impl Divider<'_> {
         };
         let (low, high) = middles.iter().fold((middles[0], middles[0]), |(low, high), p| (low.inf(p), high.sup(p)));
         let mut choices = vec![first_of(&order((high - low).imax()), triangles.len() / 2)];
-        if triangles.len() <= FEW_TRIANGLES {
+        if triangles.len() <= MAX_TRIANGLES_COMPARED {
             for axis in [0, 1, 2] {
                 let order = order(axis);
                 let gap = |k: usize| middles[order[k]][axis] - middles[order[k - 1]][axis];
                 let mut gaps: Vec<usize> = (1..order.len()).collect();
                 gaps.sort_by(|i, j| gap(*j).total_cmp(&gap(*i)).then(i.cmp(j)));
-                let wide = gaps.iter().copied().take(GAPS).filter(|k| gap(*k) > self.thickness);
+                let wide = gaps.iter().copied().take(GAPS_PER_AXIS).filter(|k| gap(*k) > self.thickness);
                 choices.extend(wide.chain([order.len() / 2]).map(|count| first_of(&order, count)));
             }
             let normal = |[a, b, c]: &Triangle| (b - a).cross(&(c - a));
             let largest = triangles.iter().map(normal).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
             let main = largest.and_then(|normal| normal.try_normalize(0.0)).unwrap_or_else(Vec3::x);
             let faces = |t: &Triangle, least: f64| normal(t).dot(&main).abs() > least * normal(t).norm();
-            choices.extend(SAME_SIDE.map(|least| triangles.iter().map(|t| faces(t, least)).collect()));
+            choices.extend(SAME_SIDE_COSINES.map(|least| triangles.iter().map(|t| faces(t, least)).collect()));
             choices.retain(|is_first: &Vec<bool>| is_first.contains(&true) && is_first.contains(&false));
         }
         let cost = |is_first: &Vec<bool>| {
-            let [a, b] = split(is_first).map(|side| self.measured(&side, FACES_GLANCED_AT, POINTS_GLANCED_AT).1);
-            a.max(b) + OTHER_SIDE * a.min(b)
+            let [a, b] = split(is_first).map(|side| self.measured(&side, ROUGH_NOTCH_FACES, ROUGH_NOTCH_POINTS).1);
+            a.max(b) + SHALLOW_SIDE_WEIGHT * a.min(b)
         };
         let best = match &choices[..] {
             [only] => only,
@@ -165,9 +168,9 @@ impl Divider<'_> {
         split(best).map(|side| self.patch(side))
     }
 
-    /// Neighbours whose common hull follows the surface become one, those that fit best first.
+    /// Joins neighbours whose common hull follows the surface, those that fit best first.
     fn joined(&self, mut patches: Vec<Patch>, tolerance: f64) -> Vec<Patch> {
-        while patches.len() <= MOST_JOINED {
+        while patches.len() <= MAX_JOINED_PATCHES {
             let corners: Vec<BTreeSet<[u64; 3]>> =
                 patches.iter().map(|patch| patch.triangles.iter().flatten().map(key).collect()).collect();
             let follows = |at: usize| patches[at].depth <= tolerance;

@@ -6,13 +6,13 @@ use crate::math::Vec3;
 /// A point of the mesh.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint {
-    /// \[m\]
+    /// Position of the point \[m\].
     pub point: Vec3,
-    /// Unit, of its triangle.
+    /// Unit normal of its triangle.
     pub normal: Vec3,
 }
 
-/// About `count` points, one for each share of the area.
+/// Returns about `count` points, one for each equal share of the area.
 pub fn surface_points(triangles: &[[Vec3; 3]], count: usize) -> Vec<SurfacePoint> {
     let spread = Halton::new(2, 0);
     let normal = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a));

@@ -8,14 +8,14 @@ use crate::math::Pose;
 use rand::{RngExt, SeedableRng};
 
 fn divided(mesh: &TriangleMesh) -> (MeshShape, Vec<Shape>, f64) {
-    divided_into(mesh, MOST)
+    divided_into(mesh, MAX_CELLS)
 }
 
 fn divided_into(mesh: &TriangleMesh, most: usize) -> (MeshShape, Vec<Shape>, f64) {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
     let (all, radius) = (mesh_triangles(mesh), bounds.half.norm());
-    let pieces = cells(&shape, all, radius, TOLERANCE * radius, most, false)
+    let pieces = cells(&shape, all, radius, TOLERANCE_SHARE * radius, most, false)
         .iter()
         .map(|cell| solid(&cell.hull.vertices))
         .collect();
@@ -44,7 +44,7 @@ fn distance(piece: &Shape, point: &Vec3) -> f64 {
     found.map_or(f64::INFINITY, |found| found.distance)
 }
 
-/// A ring of boxes, as a closed surface would be a torus.
+/// A ring of twelve boxes, like a torus.
 fn ring() -> TriangleMesh {
     let parts: Vec<TriangleMesh> = (0..12)
         .map(|k| {
@@ -117,8 +117,8 @@ fn pieces_follow_the_surface() {
     let bracket =
         [cuboid(Vec3::zeros(), Vec3::new(1.0, 0.2, 0.2)), cuboid(Vec3::new(0.8, 0.0, 1.0), Vec3::new(0.2, 0.2, 0.8))];
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
-    for (mesh, most, beyond) in [(joined(&bracket), 3, 1e-9), (ring(), MOST_PARTS, 2.0 * TOLERANCE)] {
-        let (shape, pieces, radius) = divided_into(&mesh, MOST_PARTS);
+    for (mesh, most, beyond) in [(joined(&bracket), 3, 1e-9), (ring(), MAX_PARTS, 2.0 * TOLERANCE_SHARE)] {
+        let (shape, pieces, radius) = divided_into(&mesh, MAX_PARTS);
         assert!((2..=most).contains(&pieces.len()), "{}", pieces.len());
         for piece in &pieces {
             let ConvexCore::Hull(hull) = &solid_of(piece).shape.core else { panic!("a hull") };
@@ -171,7 +171,7 @@ fn a_frame_of_bars_stays_open() {
     }
 }
 
-/// The pieces beside a body of `size`.
+/// Returns the pieces of a mesh beside a body of `size` \[m\].
 fn beside(mesh: &TriangleMesh, size: f64) -> Pieces {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
@@ -190,15 +190,15 @@ fn sizes_are_halves_of_the_radius() {
 #[test]
 fn many_small_solids_are_a_piece_each() {
     let cube = |k: usize| cuboid(Vec3::new(k as f64, (k * k % 7) as f64, (k % 3) as f64), Vec3::repeat(0.2));
-    let cubes = joined(&(0..2 * MOST).map(cube).collect::<Vec<_>>());
+    let cubes = joined(&(0..2 * MAX_CELLS).map(cube).collect::<Vec<_>>());
     let found = beside(&cubes, 0.3);
-    assert_eq!(found.all().shapes.len(), 2 * MOST);
+    assert_eq!(found.all().shapes.len(), 2 * MAX_CELLS);
     assert!(found.all().shapes.iter().all(|piece| (piece.bounds.half - Vec3::repeat(0.2)).norm() < 1e-12));
-    // A body that is larger than all that is between them finds fewer.
-    assert!(beside(&cubes, 40.0).all().shapes.len() <= MOST);
+    // A body larger than every gap between the cubes gets fewer pieces.
+    assert!(beside(&cubes, 40.0).all().shapes.len() <= MAX_CELLS);
 }
 
-/// A bin of one closed solid, open above: walls of 2 mm around a metre.
+/// A bin open at the top: one closed solid, with walls of 2 mm around a metre.
 fn bin() -> TriangleMesh {
     let corners = |half: f64, low: f64| {
         (0..8).map(move |k: u32| {
@@ -276,8 +276,8 @@ fn hollows_stay_open_for_bodies_that_could_enter_them() {
             let middle = (a + b + c) / 3.0;
             assert!(nearest(&middle) < 1e-5, "{} from the surface at {middle:?}", nearest(&middle));
         }
-        // Nothing that could enter is near: cells do.
+        // Larger bodies cannot enter, so that cells suffice for them.
         let coarse = beside(&mesh, 1.0);
-        assert!(coarse.all().shapes.len() <= MOST && coarse.all().first_apart == coarse.all().shapes.len());
+        assert!(coarse.all().shapes.len() <= MAX_CELLS && coarse.all().first_apart == coarse.all().shapes.len());
     }
 }

@@ -1,4 +1,4 @@
-//! The Minkowski difference of two convex cores, which holds the origin exactly where the cores
+//! The Minkowski difference of two convex cores, which holds the origin if and only if the cores
 //! meet.
 
 use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
@@ -10,14 +10,14 @@ pub(crate) struct Difference<'a> {
     second: &'a ConvexCore,
     rotation: Mat3,
     translation: Vec3,
-    /// No coordinate that enters the arithmetic is larger \[m\].
+    /// Upper bound on every coordinate in the arithmetic \[m\].
     pub scale: f64,
-    /// Bounds the rounding error of a support plane \[m\]: some ten operations on numbers up to
+    /// Bound on the rounding error of a support plane \[m\]: some ten operations on numbers up to
     /// `scale`, doubled.
     pub rounding: f64,
-    /// Nearer than this \[m\] the direction between two vertices is rounding noise (here to 1e-5),
-    /// and the planes of the expanding polytope tell more, with an error in the distance below
-    /// this.
+    /// Distance \[m\] below which the direction between two vertices is rounding noise (here to
+    /// 1e-5). The planes of the expanding polytope are then better, with an error in the distance
+    /// below this.
     pub touching: f64,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Difference<'a> {
         }
     }
 
-    /// A point of the difference that lies farthest along `direction`.
+    /// Returns a point of the difference that lies farthest along `direction`.
     #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vertex {
         let first = self.first.support(direction);
@@ -53,23 +53,23 @@ impl<'a> Difference<'a> {
         Vertex { point: first - self.second_in_first(&second), first }
     }
 
-    /// A point of the second core in the frame of the first.
+    /// Maps a point of the second core to the frame of the first.
     #[inline(always)]
     pub fn second_in_first(&self, point: &Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }
 
-    /// A point in the frame of the first core in that of the second.
+    /// Maps a point in the frame of the first core to that of the second.
     pub fn first_in_second(&self, point: &Vec3) -> Vec3 {
         self.rotation.tr_mul(&(point - self.translation))
     }
 
-    /// From the middle of the second core to the middle of the first.
+    /// Returns the vector from the middle of the second core to the middle of the first.
     pub fn center(&self) -> Vec3 {
         self.first.center() - self.second_in_first(&self.second.center())
     }
 
-    /// Whether the boundary has smooth parts.
+    /// Returns whether the boundary has smooth parts.
     pub fn is_curved(&self) -> bool {
         self.first.is_curved() || self.second.is_curved()
     }

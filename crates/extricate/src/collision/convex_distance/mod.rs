@@ -1,6 +1,5 @@
-//! Distances and penetration depths of two convex shapes: `minkowski` is what both searches walk
-//! on, `gjk` tells how far apart cores are, `epa` how deep they overlap; `separation` puts both
-//! together.
+//! Distances and penetration depths of two convex shapes: `gjk` finds how far apart cores are,
+//! `epa` how deep they overlap, both by support points of `minkowski`. `separation` combines them.
 
 mod epa;
 mod gjk;

@@ -1,5 +1,5 @@
-//! Signed distances of two convex shapes: the search for their distance, and where they overlap the
-//! one for their depth. No memory of earlier searches.
+//! Signed distances of two convex shapes: the search for their distance and, if they overlap, for
+//! their depth. Nothing is remembered between calls.
 
 use super::epa;
 use super::gjk::{Outcome, Settled, descend};
@@ -10,43 +10,43 @@ use crate::math::{Pose, Vec3};
 /// Signed distance and witness of two convex shapes, in the frame that both poses map to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
-    /// \[m\]; negative: the least translation that parts them, and moving the first shape along
-    /// `normal` by `-distance` certainly does.
+    /// Signed distance \[m\]. Below 0 it is minus the least translation that parts the shapes;
+    /// moving the first along `normal` by `-distance` certainly parts them.
     pub distance: f64,
-    /// Proved lower bound on the penetration depth `-distance` \[m\]; for shapes apart it is
-    /// negative.
+    /// Proved lower bound on the penetration depth `-distance` \[m\]; negative for shapes that are
+    /// apart.
     pub depth_lower: f64,
     /// Nearest (deepest) point of the first shape.
     pub point_first: Vec3,
     /// Nearest (deepest) point of the second shape.
     pub point_second: Vec3,
-    /// Unit, from the second toward the first: moving the first along it by `t` changes `distance`
-    /// by `t`.
+    /// Unit normal from the second shape toward the first: moving the first along it by `t` changes
+    /// `distance` by `t`.
     pub normal: Vec3,
 }
 
-/// How far from exact a separation may be.
+/// How far a separation may be from exact.
 #[derive(Debug, Clone, Copy)]
 pub struct Slack {
-    /// An overlap may be this share too deep.
+    /// Share by which the depth of an overlap may be too large.
     pub depth: f64,
-    /// A distance may be this share too small,
+    /// Share by which a distance above `beyond` may be too small.
     pub gap: f64,
-    /// where it is larger than this \[m\].
+    /// Smaller distances are exact within rounding \[m\].
     pub beyond: f64,
 }
 
 impl Slack {
-    /// Within rounding.
+    /// No slack: exact within rounding.
     pub const NONE: Self = Self { depth: 0.0, gap: 0.0, beyond: f64::INFINITY };
 }
 
-/// Signed distance; `None` as soon as it is proved greater than `cutoff` \[m\].
+/// Returns the signed distance; `None` as soon as it is proved greater than `cutoff` \[m\].
 ///
 /// # Guarantee
 /// Measured against slow twins: within 1e-9 m for polytopes of metre size and 1e-7 m for cylinders,
-/// in contact too. `None` is proved by a plane that parts the shapes by more than `cutoff`. Where
-/// the shapes overlap, `depth_lower <= depth <= -distance`.
+/// in contact too. `None` is proved by a plane that parts the shapes by more than `cutoff`. If the
+/// shapes overlap, `depth_lower <= depth <= -distance`.
 pub fn separation(
     first: &ConvexShape,
     pose_first: &Pose,
@@ -57,8 +57,8 @@ pub fn separation(
     separation_from(&mut Vec3::zeros(), first, pose_first, second, pose_second, cutoff)
 }
 
-/// As [`separation`], started from a guess of the normal in the frame of the first shape (zero:
-/// none), which is replaced by the direction found.
+/// Computes [`separation`] from a guess of the normal in the frame of the first shape (zero: none).
+/// The direction found replaces the guess.
 pub fn separation_from(
     guess: &mut Vec3,
     first: &ConvexShape,
@@ -70,7 +70,7 @@ pub fn separation_from(
     separation_within(guess, [first, second], [pose_first, pose_second], cutoff, Slack::NONE)
 }
 
-/// As [`separation_from`], an overlap as exact as `slack` asks.
+/// Computes [`separation_from`] with a depth as exact as `slack` requires.
 pub fn separation_within(
     guess: &mut Vec3,
     [first, second]: [&ConvexShape; 2],
@@ -84,8 +84,8 @@ pub fn separation_within(
     separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, slack)
 }
 
-/// Lower bound \[m\] on the distance of two convex shapes, nearly the distance itself; 0 where they
-/// touch or overlap, `None` as soon as it is proved greater than `cutoff`.
+/// Returns a lower bound \[m\] on the distance of two convex shapes, nearly the distance itself; 0
+/// if they touch or overlap, `None` as soon as it is proved greater than `cutoff`.
 pub fn distance_within(
     [first, second]: [&ConvexShape; 2],
     [pose_first, pose_second]: [&Pose; 2],
@@ -102,8 +102,8 @@ pub fn distance_within(
     }
 }
 
-/// The separation that a descent without a lower end found, the depth of an overlap as exact as
-/// `slack` asks; `guess` becomes its normal.
+/// Returns the separation that a descent without `near_below` found, with a depth as exact as
+/// `slack` requires. `guess` becomes its normal.
 pub(super) fn separation_of(
     outcome: Outcome,
     difference: &Difference,
@@ -146,7 +146,7 @@ pub(super) fn separation_of(
 /// A [`Separation`] of the cores in the frame of the first.
 struct Cores {
     distance: f64,
-    /// What a plane was seen to part the cores by.
+    /// Distance by which a plane was found to part the cores \[m\].
     parted: f64,
     depth_lower: f64,
     on_first: Vec3,
@@ -154,7 +154,7 @@ struct Cores {
     normal: Vec3,
 }
 
-/// The answer for cores that the descent found apart.
+/// Returns the answer for cores that the descent found apart.
 fn apart(difference: &Difference, settled: &Settled) -> Cores {
     let Settled { simplex, feature, .. } = settled;
     let (mut point, mut on_first) = (Vec3::zeros(), Vec3::zeros());
@@ -169,19 +169,19 @@ fn apart(difference: &Difference, settled: &Settled) -> Cores {
             (normal, parted) = (-planes.normal, -planes.upper);
         }
     }
-    // The point is of the difference, so that the cores are no farther apart, wherever the search
+    // The point lies in the difference, so that the cores are no farther apart, wherever the search
     // stopped.
     let depth_lower = -point.norm() - difference.rounding;
     let distance = if settled.is_coarse { settled.plane } else { feature.square.sqrt() };
     Cores { distance, parted, depth_lower, on_first, on_second: on_first - point, normal }
 }
 
-/// Whether the signed distance is below `threshold` \[m\] (which may be 0 or negative), stopping as
-/// soon as that is decided.
+/// Returns whether the signed distance is below `threshold` \[m\] (which may be 0 or negative), and
+/// stops as soon as that is decided.
 ///
 /// # Guarantee
-/// `false` is proved by a plane that parts the shapes by `threshold`, rounding included; where
-/// rounding or the iteration limit leaves it open, `true`.
+/// `false` is proved by a plane that parts the shapes by `threshold`, rounding included. If
+/// rounding or the iteration limit leaves it open, the result is `true`.
 pub fn nearer_than(
     first: &ConvexShape,
     pose_first: &Pose,
@@ -192,9 +192,9 @@ pub fn nearer_than(
     nearer_than_from(&mut Vec3::zeros(), first, pose_first, second, pose_second, threshold)
 }
 
-/// As [`nearer_than`], started from a guess of the normal in the frame of the first shape (zero:
-/// none), which is replaced by the direction found: a pair that stays apart then costs one support
-/// plane a call.
+/// Computes [`nearer_than`] from a guess of the normal in the frame of the first shape (zero:
+/// none). The direction found replaces the guess, so that a pair that stays apart costs one support
+/// plane per call.
 pub fn nearer_than_from(
     guess: &mut Vec3,
     first: &ConvexShape,

@@ -1,4 +1,5 @@
-//! The search for a contact started where the last one for the same pair of shapes ended.
+//! A search for the separation of two shapes that starts where the last one for the same pair
+//! ended.
 
 use super::gjk::{EarlyEnd, Simplex, descend_from};
 use super::minkowski::{Difference, Vertex};
@@ -6,10 +7,10 @@ use super::separation::{Separation, Slack, separation_of};
 use crate::collision::shapes::convex::ConvexShape;
 use crate::math::{Pose, Vec3};
 
-/// The points of two shapes between which they were nearest, each in its own frame.
+/// Points that span the nearest features of two shapes, each in the frame of its shape.
 ///
-/// Between two steps of a descent the features that are nearest seldom change: then one support
-/// point tells that the last ones still are. Overlapping shapes start anew.
+/// Between two steps of a descent the nearest features seldom change; one support point then proves
+/// that they are the same. Overlapping shapes start anew.
 ///
 /// # Source
 /// S. Cameron, "Enhancing GJK: computing minimum and penetration distances between convex
@@ -23,13 +24,13 @@ pub struct LastFeatures {
 }
 
 impl LastFeatures {
-    /// Some.
+    /// Makes features of one pair of points.
     #[cfg(test)]
     pub fn of_point() -> Self {
         Self { count: 1, ..Self::default() }
     }
 
-    /// Number of pairs of points; 0 where nothing is known.
+    /// Returns the number of pairs of points; 0 if nothing is known.
     #[cfg(test)]
     pub fn count(&self) -> usize {
         self.count
@@ -51,8 +52,8 @@ impl LastFeatures {
     }
 }
 
-/// As [`super::separation()`], started from the features of the last call for the same two shapes,
-/// which are replaced; as far from exact as `slack` allows.
+/// Computes [`super::separation()`] as exactly as `slack` requires. It starts from the features of
+/// the last call for the same two shapes, and replaces them.
 pub fn separation_near(
     last: &mut LastFeatures,
     first: &ConvexShape,

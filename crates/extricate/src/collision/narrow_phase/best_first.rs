@@ -2,15 +2,12 @@
 
 use std::cmp::Ordering;
 
-/// Two indices and a lower bound \[m\]; the least bound is the greatest entry, ties go by the
-/// indices.
+/// Two indices, with a meaning that the owner of the queue chooses, and a lower bound \[m\]. The
+/// entry with the least bound is the greatest; the indices break ties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// \[m\]
     pub bound: f64,
-    /// As the owner of the queue means it.
     pub first: u32,
-    /// The same.
     pub second: u32,
 }
 

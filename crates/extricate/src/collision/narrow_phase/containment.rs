@@ -8,36 +8,34 @@ use crate::math::Vec3;
 use crate::math::elementary::atan2;
 use crate::robot::mesh::edges::{Side, same_edge, sorted_sides};
 
-/// Directions without relation to any axis or to each other.
-const DIRECTIONS: [[f64; 3]; 4] = [
+/// Directions of the rays, one after another. None is parallel to an axis or to another direction.
+const RAY_DIRECTIONS: [[f64; 3]; 4] = [
     [0.3145, 0.2713, 0.909684],
     [-0.5772, 0.6947, 0.43172],
     [0.1419, -0.8665, -0.479514],
     [-0.2231, -0.412453, 0.883081],
 ];
 
-/// Relative width of the strip along edges, and the sine of the angle to the plane, within which a
-/// ray's crossing does not count for certain. Far above rounding (1e-13), far below what random
-/// rays meet.
-const DOUBT: f64 = 1e-9;
+/// A crossing is uncertain within this relative distance of an edge, or if the sine of its angle to
+/// the plane is this small. Far above rounding (1e-13), far below what random rays meet.
+const DOUBT_SHARE: f64 = 1e-9;
 
-/// How the surface of a solid tells what is in it.
+/// Rule by which a closed surface decides whether it encloses a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inside {
-    /// By how often it winds around a point: what it winds around at all. So a surface that passes
-    /// through itself encloses what it covers twice.
+    /// The surface winds around the point. A surface that passes through itself thus encloses what
+    /// it covers twice.
     Wound,
-    /// The same with cavities, which wind the other way: what is wound around more often outward
-    /// than inward.
+    /// The surface winds around the point more often outward than inward: cavities wind inward.
     Hollow,
-    /// By whether it is crossed an odd number of times on the way from afar: where faces contradict
-    /// each other.
+    /// A ray from the point crosses the surface an odd number of times. Used if the orientations of
+    /// faces contradict each other.
     Odd,
 }
 
 impl Inside {
-    /// Of triangles with an even number at every edge: they wind where as many run along it either
-    /// way.
+    /// Chooses the rule for triangles with an even number at every edge. Winding numbers are usable
+    /// if equally many triangles run along each edge in either direction.
     pub fn of(triangles: &[[u32; 3]], has_cavities: bool) -> Self {
         let sides = sorted_sides(triangles);
         let cancel = |ring: &[Side]| 2 * ring.iter().filter(|side| side.forward).count() == ring.len();
@@ -57,11 +55,11 @@ impl Inside {
     }
 }
 
-/// Whether `point` is inside closed group `group` of `tree`. On the surface, to rounding, either
+/// Whether `point` is inside closed group `group` of `tree`. Within rounding of the surface, either
 /// answer is right.
 ///
-/// Adds up the crossings of a ray, outward ones less inward ones; a ray that passes too near an
-/// edge or along a face is replaced by another, and after four of them solid angles decide.
+/// The crossings of a ray are added up, outward ones less inward ones. A ray that passes too near
+/// an edge or along a face gives way to the next; after four rays, solid angles decide.
 ///
 /// # Source
 /// The winding number as a sum of solid angles: A. Van Oosterom and J. Strackee, 1983,
@@ -71,7 +69,7 @@ pub fn is_inside(tree: &Bvh, (group, inside): (usize, Inside), point: &Vec3, sta
     if !tree.bounds_of(group.root).may_hold(point) {
         return false;
     }
-    let counted = DIRECTIONS.iter().find_map(|direction| {
+    let counted = RAY_DIRECTIONS.iter().find_map(|direction| {
         let direction = &Vec3::from(*direction);
         Arch::new().dispatch(Crossings { tree, root: group.root, origin: point, direction, stack })
     });
@@ -79,8 +77,8 @@ pub fn is_inside(tree: &Bvh, (group, inside): (usize, Inside), point: &Vec3, sta
     inside.holds(counted.unwrap_or_else(angles))
 }
 
-/// How often a ray leaves through triangles more than it enters; `None` where some crossing is in
-/// doubt.
+/// Counts how much more often a ray leaves through triangles than it enters; `None` if a crossing
+/// is uncertain.
 struct Crossings<'a> {
     tree: &'a Bvh,
     root: Ref,
@@ -97,8 +95,8 @@ impl WithSimd for Crossings<'_> {
         let Self { tree, root, origin, direction, stack } = self;
         let place = [origin.x as f32, origin.y as f32, origin.z as f32];
         let inverse = [0, 1, 2].map(|i| (1.0 / direction[i]) as f32);
-        // Far wider than the strip of doubt, so that a ray along a box's face meets what lies on
-        // it.
+        // Far wider than the uncertain strip, so that a ray along a face of a box still meets the
+        // triangles on that face.
         let rounding = rounding_at(origin, &tree.cuboid);
         let mut sum = 0;
         stack.clear();
@@ -121,35 +119,34 @@ impl WithSimd for Crossings<'_> {
     }
 }
 
-/// 1 for a ray that crosses a triangle along its normal, -1 against it, 0 for one that does not;
-/// `None` in doubt.
+/// Returns 1 if a ray crosses a triangle along its normal, -1 if against it, 0 if not at all, and
+/// `None` if this is uncertain.
 fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<i64> {
     let [a, b, c] = triangle.points.map(|p| p - origin);
     let (e1, e2) = (b - a, c - a);
     let normal = e1.cross(&e2);
     let slope = normal.dot(direction);
-    // Barycentric coordinates of the crossing, times `slope`, by triple products of corners and
-    // direction.
+    // Barycentric coordinates of the crossing, from triple products of corners and direction.
     let (u, v, w) =
         (direction.dot(&b.cross(&c)) / slope, direction.dot(&c.cross(&a)) / slope, direction.dot(&a.cross(&b)) / slope);
     let size = e1.norm_squared().max(e2.norm_squared());
     let far = a.norm().max(b.norm()).max(c.norm());
-    // Rounding of the triple products is relative to distance and edge, not to the triangle's area.
-    let doubt = DOUBT + 1e-14 * far * size.sqrt() / slope.abs();
+    // Rounding of the triple products grows with distance and edge length, not with the area.
+    let doubt = DOUBT_SHARE + 1e-14 * far * size.sqrt() / slope.abs();
     let least = u.min(v).min(w);
-    if slope.abs() <= DOUBT * size || least.is_nan() {
+    if slope.abs() <= DOUBT_SHARE * size || least.is_nan() {
         let along = far + size.sqrt();
-        // Seen edge-on: in doubt only where the ray comes near at all.
+        // The triangle is edge-on: the crossing is uncertain only if the ray comes near it.
         let axis = direction / direction.norm();
         let off = [a, b, c].map(|p| (p - axis * p.dot(&axis)).norm()).into_iter().fold(f64::INFINITY, f64::min);
-        return if off > size.sqrt() + DOUBT * along { Some(0) } else { None };
+        return if off > size.sqrt() + DOUBT_SHARE * along { Some(0) } else { None };
     }
     if least < -doubt {
         return Some(0);
     }
     let t = normal.dot(&a) / slope;
     if least <= doubt {
-        return if t < -DOUBT * far { Some(0) } else { None };
+        return if t < -DOUBT_SHARE * far { Some(0) } else { None };
     }
     Some(if t <= 0.0 {
         0
@@ -160,7 +157,8 @@ fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<i64> 
     })
 }
 
-/// How often the triangles wind around `point`: 1 or -1 inside a solid, 0 outside.
+/// Number of times that the triangles wind around `point`: 1 or -1 inside a simple solid, 0
+/// outside.
 fn winding_number(triangles: impl Iterator<Item = Triangle>, point: &Vec3) -> f64 {
     let angle = |triangle: Triangle| {
         let [a, b, c] = triangle.points.map(|p| p - point);
@@ -197,7 +195,7 @@ mod tests {
     fn rays_through_edges_and_corners_are_answered() {
         let shape = MeshShape::new(&cuboid(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0)));
         let mut stack = Vec::new();
-        for d in DIRECTIONS {
+        for d in RAY_DIRECTIONS {
             let d = Vec3::from(d);
             // Rays that aim at a corner, an edge, and the diagonal of a face.
             for target in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(0.3, 1.0, 1.0), Vec3::new(0.5, 0.5, 1.0), Vec3::zeros()]

@@ -1,35 +1,34 @@
-//! What checks of a pair keep: stacks that descents reuse, and what decided the last check. No
-//! search.
+//! Memory of the checks of a pair: reusable stacks and the features that decided the last check.
 
 use super::{mesh_convex, mesh_mesh};
 use crate::collision::shapes::bounds::Aabb;
 use crate::math::Vec3;
 
-/// Stacks that the descents reuse.
+/// Stacks and lists that searches reuse.
 #[derive(Debug, Default)]
 pub struct Buffers {
-    /// Of two trees.
+    /// Stack for two trees.
     pub pairs: Vec<mesh_mesh::Entry>,
-    /// Of a tree and a convex solid.
+    /// Stack for a tree and a convex solid.
     pub single: Vec<mesh_convex::Entry>,
-    /// Of a tree and a point or ray.
+    /// Stack for a tree and a point or a ray.
     pub nodes: Vec<(f64, u32)>,
-    /// Of scenery and another shape.
+    /// Stack for scenery and another shape.
     pub places: Vec<(f64, u32)>,
-    /// Of two shapes that overlap: which of their pieces do.
+    /// Indices of the overlapping pieces of two shapes.
     pub pieces: [Vec<u32>; 2],
     /// Boxes around the places of scenery that overlap a shape.
     pub boxes: Vec<Aabb>,
 }
 
-/// What decided the last check of a pair, to be tried first in the next one. Never decides by
-/// itself.
+/// Features that decided the last check of a pair. The next check tries them first; no answer
+/// depends on them.
 #[derive(Debug, Clone, Copy)]
 pub struct SeparatingWitness {
-    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex
-    /// solid; of the element of scenery, in `second`).
+    /// Indices of two triangles that were near. A convex solid leaves `second` unused; scenery
+    /// stores its element in `second`.
     pub triangles: (u32, u32),
-    /// A direction that parted two convex solids; zero where none did.
+    /// Direction that separated two convex solids; zero if there is none.
     pub normal: Vec3,
 }
 

@@ -1,5 +1,5 @@
-//! A tree of triangles against a convex solid: whether they come near, and how near. The mesh is a
-//! surface here.
+//! A tree of triangles against a convex solid: whether they are near, and their distance. The mesh
+//! counts as a surface here, not as a solid.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -11,12 +11,11 @@ use crate::collision::shapes::bvh::{Bvh, Cuboid, Ref, View, below, lanes_of, pus
 use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::{LANES, Pose};
 
-/// A node or block of the mesh, and the widest gap \[m\] along a face axis of its box and the
-/// solid's.
+/// Widest gap \[m\] along a face axis of two boxes, and the node or block of the mesh.
 pub type Entry = (f32, Ref);
 
-/// Some triangle that is nearer than `limit` \[m\] to the solid with box `bounds`; `relative` maps
-/// the solid to the mesh.
+/// Finds a triangle that is nearer than `limit` \[m\] to the solid with box `bounds`. `relative`
+/// maps the solid to the mesh.
 pub fn nearer(
     mesh: &Bvh,
     solid: &ConvexSolid,
@@ -70,15 +69,15 @@ impl WithSimd for Nearer<'_> {
     }
 }
 
-/// Whether a triangle is nearer than `limit` \[m\] to a convex solid; `pose` maps the solid to the
-/// triangle's frame.
+/// Whether a triangle is nearer than `limit` \[m\] to a convex solid. `pose` maps the solid to the
+/// frame of the triangle.
 pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, pose: &Pose, limit: f64) -> bool {
     if let ConvexCore::Point = solid.shape.core {
         let reach = solid.shape.radius + limit;
         let center = &pose.translation;
         return (closest_on_triangle(triangle, center) - center).norm_squared() < reach * reach;
     }
-    // The box on one side of the triangle's plane.
+    // First a cheap test: the whole box may lie on one side of the plane of the triangle.
     let reach = pose.inverse_vector(&triangle.normal).abs().dot(&bounds.half);
     if triangle.height(&pose.point(&bounds.center)).abs() > reach + limit {
         return false;
@@ -86,11 +85,11 @@ pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, 
     convex_distance::nearer_than(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, limit)
 }
 
-/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`, and which
-/// triangle that is; in the frame of the mesh, which is the first of the two.
+/// Least signed distance \[m\] of any triangle to the solid, if below `cutoff`, and the index of
+/// that triangle. The result is in the frame of the mesh, which comes first.
 ///
-/// Below 0 it is the translation that parts the solid from the one triangle that it overlaps most:
-/// an estimate from below of what parts it from the mesh.
+/// A negative distance is the translation that separates the solid from the one triangle that it
+/// overlaps most. It underestimates the translation that separates it from the mesh.
 pub fn closest(
     mesh: &Bvh,
     solid: &ConvexSolid,
@@ -151,8 +150,8 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Signed distance and witness of a triangle (first) and a convex solid (second), in the triangle's
-/// frame.
+/// Signed distance and nearest points of a triangle (first) and a convex solid (second), in the
+/// frame of the triangle.
 pub fn triangle_separation(triangle: &Triangle, solid: &ConvexSolid, pose: &Pose, cutoff: f64) -> Option<Separation> {
     convex_distance::separation(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, cutoff)
 }

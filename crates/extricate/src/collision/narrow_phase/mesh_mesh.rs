@@ -1,5 +1,5 @@
-//! Two trees of triangles: whether they come near, and how near. Solids and what they hold are
-//! another file's matter.
+//! Two trees of triangles: whether they are near, and their distance. Meshes count as surfaces
+//! here; [`super::pair`] handles solids.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -8,27 +8,21 @@ use crate::collision::shapes::bounds::Relative;
 use crate::collision::shapes::bvh::{Bvh, Probe, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use crate::math::{LANES, Pose};
 
-/// Two trees, each seen in the frame of the other.
+/// Two trees, each with a view of the other in its own frame.
 pub struct Pair<'a> {
-    /// The first tree.
     pub a: &'a Bvh,
-    /// The second.
     pub b: &'a Bvh,
-    /// Maps the second one's frame to the first one's.
+    /// Maps the frame of `b` to that of `a`.
     pub pose_a_b: Pose,
-    /// The inverse.
     pub pose_b_a: Pose,
-    /// Of the second in the first.
     pub b_in_a: View,
-    /// Of the first in the second.
     pub a_in_b: View,
 }
 
-/// A node or block of either tree, and the widest gap \[m\] along a face axis of their boxes.
+/// Widest gap \[m\] along a face axis of two boxes, and the node or block of either tree.
 pub type Entry = (f32, Ref, Ref);
 
 impl<'a> Pair<'a> {
-    /// Prepares the descent of two trees.
     pub fn new(a: &'a Bvh, b: &'a Bvh, relative: &Relative) -> Self {
         let pose_a_b = relative.pose_a_b;
         let pose_b_a = pose_a_b.inverse();
@@ -37,14 +31,15 @@ impl<'a> Pair<'a> {
         Self { a, b, pose_a_b, pose_b_a, b_in_a, a_in_b }
     }
 
-    /// Whether of two, not both blocks, the first is to be opened: the larger one, so that both
-    /// shrink alike.
+    /// Whether to open the first of two entries (not both blocks). The larger one is opened, so
+    /// that both shrink alike.
     #[inline(always)]
     pub fn opens_first(&self, i: Ref, j: Ref) -> bool {
         j.is_block() || (!i.is_block() && self.a.bounds_of(i).size() >= self.b.bounds_of(j).size())
     }
 
-    /// Which triangles of two blocks may be nearer than `limit`, one bit a lane of each.
+    /// Returns the triangles of two blocks that may be nearer than `limit`, as one bit a lane for
+    /// each block.
     #[inline(always)]
     fn candidates<S: Simd>(&self, simd: S, i: Ref, j: Ref, limit: f32) -> (u32, u32) {
         let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
@@ -53,13 +48,13 @@ impl<'a> Pair<'a> {
             return (0, 0);
         }
         let (second, _) = t.boxes.near(simd, &self.a_in_b, &self.a_in_b.see(&s.bounds, limit));
-        // Without a limit everything passes, also lanes that hold no triangle.
+        // Without a limit every lane passes the tests, even those that hold no triangle.
         (first & s.filled(), second & t.filled())
     }
 
     /// Calls `found` with the lanes of triangles of two blocks that are not proved farther apart
-    /// than `limit` \[m\], and a lower bound on how far they are, until it answers `true`; returns
-    /// whether it did. The limit may fall meanwhile.
+    /// than `limit` \[m\], and a lower bound on their distance. Stops and returns `true` as soon as
+    /// `found` does; `found` may lower the limit.
     #[inline(always)]
     pub fn near_triangles<S: Simd>(
         &self,
@@ -107,8 +102,8 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Some pair of triangles that cross or are nearer than `limit` \[m\]; `relative` maps the second
-/// mesh to the first.
+/// Finds two triangles that cross or are nearer than `limit` \[m\]. `relative` maps the second mesh
+/// to the first.
 pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec<Entry>) -> Option<(u32, u32)> {
     Arch::new().dispatch(Nearer { pair: &Pair::new(a, b, relative), limit, stack })
 }
@@ -163,8 +158,8 @@ impl WithSimd for Nearer<'_> {
     }
 }
 
-/// Distance \[m\] of the nearest pair of triangles, if below `cutoff`; 0 where triangles cross, for
-/// a cutoff of 0 too.
+/// Distance \[m\] of the nearest pair of triangles, if below `cutoff`. Crossing triangles have
+/// distance 0 and count for a cutoff of 0 too.
 pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut Vec<Entry>) -> Option<f64> {
     Arch::new().dispatch(Closest { pair: &Pair::new(a, b, relative), cutoff, stack })
 }
@@ -187,7 +182,6 @@ impl WithSimd for Closest<'_> {
         stack.clear();
         stack.push((0.0, a.root, b.root));
         while let Some((bound, i, j)) = stack.pop() {
-            // Crossing triangles count for a cutoff of 0 too.
             if f64::from(bound) >= limit && bound > 0.0 {
                 continue;
             }
@@ -216,8 +210,9 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Calls `each` with what two, not both blocks, are made of and what may be nearer than `limit`
-/// \[m\], and a lower bound on its distance (negative where boxes overlap).
+/// Opens one of two entries (not both blocks). Calls `each` with a lower bound on the distance
+/// \[m\] of every resulting pair that may be nearer than `limit`; the bound is negative if boxes
+/// overlap.
 #[inline(always)]
 pub fn children<S: Simd>(simd: S, pair: &Pair, i: Ref, j: Ref, limit: f32, mut each: impl FnMut(f32, Ref, Ref)) {
     if pair.opens_first(i, j) {
@@ -244,7 +239,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Slow twin: all pairs of triangles.
+    /// Slow twin that compares all pairs of triangles.
     fn scan(a: &Bvh, b: &Bvh, pose: &Pose) -> f64 {
         let squared = |t: &triangle::Triangle| {
             let moved = t.moved(pose);
@@ -273,8 +268,8 @@ mod tests {
             let at = |x: f64| Relative::new(Pose::from_xyz_rpy((direction * x).into(), turn.into()));
             let (mut inner, mut outer) = (0.0, 4.0);
             let limit = [1e-4, 0.05][round % 2];
-            // Bisection toward the boundary, checking the answers on the way; the last ones are
-            // within 1e-9 of it.
+            // Bisect toward the boundary and check the answers on the way; the last ones are within
+            // 1e-9 of it.
             for step in 0..32 {
                 let x = if step == 0 { 1.0 } else { 0.5 * (inner + outer) };
                 let relative = at(x);
@@ -292,7 +287,7 @@ mod tests {
         assert!(near_contact > 1000, "{near_contact}");
     }
 
-    /// Knn triangles leave lanes of blocks without one.
+    /// Meshes of few triangles leave lanes of blocks empty.
     #[test]
     fn small_meshes_far_apart_are_as_far_as_all_pairs_say() {
         let mut rng = ChaCha8Rng::seed_from_u64(14);

@@ -1,4 +1,4 @@
-//! Whether a mesh, taken for the solid that it bounds, is near a convex one.
+//! Whether the solid that a mesh bounds is near a convex one.
 
 use super::memory::{Buffers, SeparatingWitness};
 use super::mesh_convex;
@@ -6,8 +6,8 @@ use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::collision::shapes::mesh::MeshShape;
 
-/// Whether the signed distance of a mesh and a convex solid with box `bounds`, which `relative`
-/// maps to it, is below `limit` \[m\].
+/// Whether the signed distance of a mesh and a convex solid is below `limit` \[m\]. The solid has
+/// box `bounds`, and `relative` maps it to the mesh.
 pub fn mesh_nearer(
     mesh: &MeshShape,
     bounds: &Aabb,

@@ -1,5 +1,5 @@
-//! One shape against another: whether they keep a distance, and their signed distance. Solids hold
-//! what is inside them.
+//! One shape against another: whether they keep a distance, and their signed distance. A body
+//! inside a solid is in collision with it.
 
 pub mod best_first;
 pub mod containment;

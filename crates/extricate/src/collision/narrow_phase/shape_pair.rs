@@ -1,5 +1,5 @@
-//! Two shapes that no scene holds: the test that checks of scenes end in, by itself. For
-//! benchmarks, and for those who have two meshes and no robot.
+//! Two shapes without a scene: the exact test of one pair alone, for benchmarks and for callers
+//! that have two meshes and no robot.
 
 use super::memory::{Buffers, SeparatingWitness};
 use super::pair;
@@ -8,7 +8,7 @@ use crate::math::Pose;
 
 /// Memory that checks of one pair of shapes reuse.
 ///
-/// It remembers where the pair was near last, to look there first; no answer depends on it.
+/// It remembers the features that were near last, to try them first. No answer depends on it.
 #[derive(Default)]
 pub struct PairScratch {
     hint: SeparatingWitness,
@@ -16,11 +16,11 @@ pub struct PairScratch {
 }
 
 impl PreparedShape {
-    /// Whether the signed distance to `other`, which `pose_self_other` places in the frame of this
-    /// shape, is below `limit` \[m\].
+    /// Whether the signed distance to `other` is below `limit` \[m\]. `pose_self_other` places
+    /// `other` in the frame of this shape.
     ///
     /// # Guarantee
-    /// That of [`crate::Checker::label`] with `limit` as clearance: exact to rounding; what is
+    /// Same as [`crate::Checker::label`] with `limit` as clearance: exact to rounding, and a shape
     /// inside a closed component is near.
     pub fn is_nearer(&self, other: &Self, pose_self_other: &Pose, limit: f64, scratch: &mut PairScratch) -> bool {
         let here = Pose::identity();
@@ -28,8 +28,8 @@ impl PreparedShape {
         pair::nearer(a, b, limit, &mut scratch.hint, &mut scratch.buffers)
     }
 
-    /// Signed distance \[m\] to `other`, placed as above, where it is below `cutoff`; of meshes
-    /// that overlap, what [`crate::Checker::clearance`] says of them.
+    /// Signed distance \[m\] to `other`, placed as in [`PreparedShape::is_nearer`], if below
+    /// `cutoff`. Overlapping meshes are measured as in [`crate::Checker::clearance`].
     pub fn signed_distance(
         &self,
         other: &Self,
@@ -44,7 +44,7 @@ impl PreparedShape {
 }
 
 impl PairScratch {
-    /// Forgets where the pair was near last.
+    /// Forgets the features that were near last.
     pub fn forget(&mut self) {
         self.hint = SeparatingWitness::default();
     }

@@ -1,5 +1,5 @@
-//! Distances of points, segments and triangles, with the points that realise them. One pair at a
-//! time, no trees.
+//! Distances between points, segments and triangles, with the points that realise them. One pair at
+//! a time, no trees.
 
 use crate::math::{Pose, Vec3};
 
@@ -8,28 +8,26 @@ use crate::math::{Pose, Vec3};
 pub struct Triangle {
     /// Corners \[m\].
     pub points: [Vec3; 3],
-    /// Unit, by the right-hand rule; zero where the triangle is as thin as a segment.
+    /// Unit, by the right-hand rule; zero if the triangle is as thin as a segment.
     pub normal: Vec3,
 }
 
-/// Triangles thinner than this share of their length count as segments: their normal is lost to
-/// rounding, and what a segment misses of them is as small as what a wrong normal would do (both
-/// about 1e-9 of the length).
-const THINNEST: f64 = 1e-9;
+/// Triangles thinner than this share of their length count as segments, since rounding destroys
+/// their normal. Ignoring the thickness and using a wrong normal then cost the same, about 1e-9 of
+/// the length.
+const MIN_THICKNESS_SHARE: f64 = 1e-9;
 
-/// The nearest points of two sets.
+/// Nearest points of two sets.
 #[derive(Debug, Clone, Copy)]
 pub struct Witness {
     /// Squared distance [m^2].
     pub squared: f64,
-    /// On the first set.
     pub first: Vec3,
-    /// On the second set.
     pub second: Vec3,
 }
 
 impl Triangle {
-    /// Finds the normal, from the two shortest edges: least rounding.
+    /// Computes the normal from the two shortest edges, which round least.
     pub fn new(points: [Vec3; 3]) -> Self {
         let edges = [points[1] - points[0], points[2] - points[1], points[0] - points[2]];
         let lengths = edges.map(|e| e.norm_squared());
@@ -37,11 +35,11 @@ impl Triangle {
             if lengths[0] >= lengths[1].max(lengths[2]) { 0 } else { 1 + usize::from(lengths[2] > lengths[1]) };
         let cross = edges[(longest + 1) % 3].cross(&edges[(longest + 2) % 3]);
         let norm = cross.norm();
-        let normal = if norm > THINNEST * lengths[longest] { cross / norm } else { Vec3::zeros() };
+        let normal = if norm > MIN_THICKNESS_SHARE * lengths[longest] { cross / norm } else { Vec3::zeros() };
         Self { points, normal }
     }
 
-    /// The same triangle in the frame that `pose` maps to.
+    /// Maps the triangle by `pose`.
     pub fn moved(&self, pose: &Pose) -> Self {
         let [a, b, c] = &self.points;
         Self { points: [pose.point(a), pose.point(b), pose.point(c)], normal: pose.vector(&self.normal) }
@@ -60,7 +58,7 @@ impl Triangle {
         self.normal == Vec3::zeros()
     }
 
-    /// Whether the foot of `point` in the plane falls into the triangle.
+    /// Whether the projection of `point` onto the plane falls into the triangle.
     fn is_over(&self, point: &Vec3) -> bool {
         (0..3).all(|k| self.side(k, point) >= 0.0)
     }
@@ -71,16 +69,16 @@ impl Triangle {
     }
 }
 
-/// The point of the segment from `a` to `b` that is nearest to `point`.
 pub fn closest_on_segment(a: &Vec3, b: &Vec3, point: &Vec3) -> Vec3 {
     let edge = b - a;
     let squared = edge.norm_squared();
     if squared == 0.0 { *a } else { a + edge * ((point - a).dot(&edge) / squared).clamp(0.0, 1.0) }
 }
 
-/// The point of `triangle` that is nearest to `point`.
+/// Point of `triangle` that is nearest to `point`.
 ///
-/// Sides are told by the unit normal and not by barycentric quotients, which needles would spoil.
+/// The unit normal decides on which side of an edge the point lies. Barycentric quotients would
+/// fail for needles.
 pub fn closest_on_triangle(triangle: &Triangle, point: &Vec3) -> Vec3 {
     let (mut best, mut best_squared) = (*point, f64::INFINITY);
     for k in 0..3 {
@@ -95,16 +93,16 @@ pub fn closest_on_triangle(triangle: &Triangle, point: &Vec3) -> Vec3 {
     if best_squared == f64::INFINITY { point - triangle.normal * triangle.height(point) } else { best }
 }
 
-/// Nearest points of two triangles in one frame, where they are nearer than the root of
-/// `limit_squared` (not when equal).
+/// Nearest points of two triangles in one frame, if their squared distance is below
+/// `limit_squared`.
 ///
-/// Triangles that pass through each other have squared distance 0, and are reported for a limit of
+/// Triangles that pass through each other have squared distance 0; they are reported for a limit of
 /// 0 too.
 ///
 /// # Guarantee
-/// Both points lie on their triangles to rounding; the distance exceeds the true one by rounding
-/// only (about 1e-15 of the triangles' size, 1e-9 for needles). By convexity the minimum is at a
-/// corner over a face, at two edges, or at a crossing.
+/// Both points lie on their triangles to rounding. The distance exceeds the true one by rounding
+/// only, about 1e-15 of the triangles' size, or 1e-9 for needles. By convexity the minimum lies at
+/// a corner over a face, at two edges, or at a crossing.
 pub fn closest(first: &Triangle, second: &Triangle, limit_squared: f64) -> Option<Witness> {
     search::<false>(first, second, limit_squared)
 }
@@ -114,7 +112,7 @@ pub fn nearer(first: &Triangle, second: &Triangle, limit: f64) -> bool {
     search::<true>(first, second, limit * limit).is_some()
 }
 
-/// Finds the minimum, or with `ANY` the first distance below the limit.
+/// Finds the minimum, or with `ANY` any distance below the limit.
 fn search<const ANY: bool>(first: &Triangle, second: &Triangle, limit_squared: f64) -> Option<Witness> {
     let over_first = first.heights(&second.points);
     let over_second = second.heights(&first.points);
@@ -158,8 +156,8 @@ fn search<const ANY: bool>(first: &Triangle, second: &Triangle, limit_squared: f
 }
 
 impl Witness {
-    /// Whether the planes across the witness part the triangles by its whole length: then nothing
-    /// is nearer.
+    /// Whether the planes through the two points, across the line between them, separate the
+    /// triangles. If so, no points are nearer.
     fn is_proved(&self, first: &Triangle, second: &Triangle) -> bool {
         let across = self.first - self.second;
         let slack = 1e-13 * self.squared;
@@ -177,14 +175,14 @@ impl Witness {
     }
 }
 
-/// Whether three heights above a plane are all on one side, the limit or more away.
+/// Whether all three heights are on one side of a plane, at least the limit away.
 fn clear(heights: &[f64; 3], limit_squared: f64) -> bool {
     let (low, high) = (heights[0].min(heights[1]).min(heights[2]), heights[0].max(heights[1]).max(heights[2]));
     (low > 0.0 && low * low >= limit_squared) || (high < 0.0 && high * high >= limit_squared)
 }
 
-/// Where an edge of `edges` passes through `face`; `heights` are those of its corners over the
-/// face's plane.
+/// Point at which an edge of `edges` passes through `face`; `heights` are those of its corners
+/// above the plane of the face.
 fn crossing(edges: &Triangle, face: &Triangle, heights: &[f64; 3]) -> Option<Vec3> {
     (0..3).find_map(|k| {
         let (from, to) = (heights[k], heights[(k + 1) % 3]);
@@ -197,15 +195,15 @@ fn crossing(edges: &Triangle, face: &Triangle, heights: &[f64; 3]) -> Option<Vec
     })
 }
 
-/// Parameters of the nearest points of the lines `a + s u` and `b + t v`, where both lie within the
-/// segments and the lines are nearer than the root of `limit_squared`. Parallel segments are left
-/// to their ends.
+/// Parameters of the nearest points of the lines `a + s u` and `b + t v`. `None` unless both lie
+/// within the segments and their squared distance is below `limit_squared`, and for parallel
+/// segments, whose ends decide.
 fn lines(a: &Vec3, u: &Vec3, b: &Vec3, v: &Vec3, limit_squared: f64) -> Option<(f64, f64)> {
     let normal = u.cross(v);
     let squared = normal.norm_squared();
     let w = b - a;
     let height = w.dot(&normal);
-    // Angles below 1e-12 are rounding: then the ends are as near as the insides.
+    // Angles below 1e-12 are rounding, and the ends are then as near as the interiors.
     if height * height >= limit_squared * squared || squared <= 1e-24 * u.norm_squared() * v.norm_squared() {
         return None;
     }
@@ -220,13 +218,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Slow twin: minimise over a grid of the first triangle the exact distance to the second,
+    /// Slow twin: minimises the exact distance to the second triangle over a grid on the first,
     /// zooming in.
     fn dense(first: &[Vec3; 3], second: &Triangle) -> f64 {
         let at = |u: f64, v: f64| first[0] * (1.0 - u - v) + first[1] * u + first[2] * v;
         let (mut center, mut width, mut best) = ((0.5, 0.5), 0.5, f64::INFINITY);
-        // The distance to a convex set is convex over a triangle, so zooming cannot lose the
-        // minimum by more than a cell.
+        // The distance to a convex set is convex over a triangle, so zooming loses at most a cell
+        // of the minimum.
         for _ in 0..40 {
             let from = center;
             for i in -8..=8 {

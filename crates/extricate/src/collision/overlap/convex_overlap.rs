@@ -1,4 +1,4 @@
-//! Convex shapes that overlap, with proved depths.
+//! Overlapping convex shapes with proved penetration depths.
 
 use crate::collision::narrow_phase;
 use crate::collision::prepared::Placed;
@@ -13,10 +13,10 @@ use crate::scene::PairId;
 pub struct ConvexOverlap {
     /// Index into [`crate::scene::Scene::pairs`].
     pub pair: PairId,
-    /// Proved: no translation shorter than this parts them \[m\].
+    /// Proved depth \[m\]: no shorter translation separates them.
     pub depth: f64,
-    /// World coordinates of the corners of a box around the shape of the first and of the second
-    /// body \[m\].
+    /// Corners of boxes around the shapes of the first and the second body, in world coordinates
+    /// \[m\].
     pub corners: [[Vec3; 8]; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Convex sets inside the bodies of a pair: what proofs that bodies overlap stand on.
+//! Convex sets inside the bodies of a pair. Proofs that the bodies overlap are based on them.
 
 use super::convex_pair::ConvexPair;
 use super::inner_pieces::InnerPiece;
@@ -10,10 +10,10 @@ use crate::collision::{CheckScratch, Checker};
 use crate::math::{Pose, Vec3};
 use crate::scene::PairId;
 
-/// Pairs of pieces that are looked at for each pair of parts, those that overlap most.
-const MOST: usize = 4;
-/// Pieces of a part are told apart by numbers below this.
-const NUMBERS: usize = 64;
+/// Pairs of pieces that are used for each pair of parts: those that overlap most.
+const MAX_PIECE_PAIRS: usize = 4;
+/// Pieces of a part that are used at most; a part and a piece make one number in this base.
+const MAX_PIECES: usize = 64;
 
 /// See [`Checker::inner_pairs`].
 pub fn inner_pairs(
@@ -44,7 +44,7 @@ fn of_parts(
     let (is_mesh, is_scenery) =
         ([a, b].map(|p| matches!(p.shape().kind, Mesh(_))), |p: Placed| matches!(p.shape().kind, Scenery(_)));
     if let (Convex(x), Convex(y)) = (&a.shape().kind, &b.shape().kind) {
-        let parts = parts.map(|part| part * NUMBERS);
+        let parts = parts.map(|part| part * MAX_PIECES);
         each(&ConvexPair::new(of, (&x.shape, a.pose), (&y.shape, b.pose)).of_parts(parts));
     } else if is_scenery(a) || is_scenery(b) {
         let (all, one) = if is_scenery(a) { (a, b) } else { (b, a) };
@@ -56,13 +56,13 @@ fn of_parts(
         });
     } else if is_mesh[0] || is_mesh[1] {
         for [i, j] in deepest(a, b).into_iter().flatten() {
-            let parts = [parts[0] * NUMBERS + i, parts[1] * NUMBERS + j];
+            let parts = [parts[0] * MAX_PIECES + i, parts[1] * MAX_PIECES + j];
             each(&ConvexPair::new(of, (set(a, i), a.pose), (set(b, j), b.pose)).of_parts(parts));
         }
     }
 }
 
-/// A convex part, or a piece of a mesh.
+/// Convex part, or one piece of a mesh.
 fn set(of: Placed<'_>, number: usize) -> &ConvexShape {
     match &of.shape().kind {
         ShapeKind::Convex(solid) => &solid.shape,
@@ -70,9 +70,9 @@ fn set(of: Placed<'_>, number: usize) -> &ConvexShape {
     }
 }
 
-/// The numbers of sets that overlap most.
-fn deepest(a: Placed, b: Placed) -> [Option<[usize; 2]>; MOST] {
-    let (mut found, mut depths) = ([None; MOST], [f64::NEG_INFINITY; MOST]);
+/// Returns the numbers of the pairs of sets that overlap most.
+fn deepest(a: Placed, b: Placed) -> [Option<[usize; 2]>; MAX_PIECE_PAIRS] {
+    let (mut found, mut depths) = ([None; MAX_PIECE_PAIRS], [f64::NEG_INFINITY; MAX_PIECE_PAIRS]);
     let pose_b_a = b.pose.inverse().then(a.pose);
     for i in 0..count(a) {
         for j in 0..count(b) {
@@ -90,10 +90,10 @@ fn deepest(a: Placed, b: Placed) -> [Option<[usize; 2]>; MOST] {
 }
 
 fn count(of: Placed) -> usize {
-    if matches!(of.shape().kind, ShapeKind::Convex(_)) { 1 } else { of.prepared.inner_pieces().len().min(NUMBERS) }
+    if matches!(of.shape().kind, ShapeKind::Convex(_)) { 1 } else { of.prepared.inner_pieces().len().min(MAX_PIECES) }
 }
 
-/// About how deep two sets overlap \[m\]; `None` where they are proved apart.
+/// Estimate of how deep two sets overlap \[m\]; `None` if they are proved apart.
 fn depth((a, i): (Placed, usize), (b, j): (Placed, usize), pose_b_a: &Pose) -> Option<f64> {
     let apart = |x: &Vec3, y: &Vec3, reach: f64| (x - y).norm() > reach;
     match (&a.shape().kind, &b.shape().kind) {

@@ -1,14 +1,15 @@
-//! Convex pieces inside a mesh: what proofs take in its place.
+//! Convex pieces inside a mesh, which stand for it in proofs.
 //!
-//! From the centre of a large ball in the solid, planes cut a box until no triangle is left within:
-//! the nearest triangle is cut off at its nearest point, across the way to it, then the nearest
-//! that is left. What remains is convex, holds the centre and meets no triangle, so it lies in the
-//! solid.
+//! Planes cut the box of the mesh around the centre of a large ball in the solid, until no triangle
+//! is left in it. Each plane cuts off the nearest remaining triangle: it passes through the nearest
+//! point of that triangle, perpendicular to the line from the centre. The rest is convex, contains
+//! the centre and meets no triangle, so it lies in the solid.
 //!
 //! # Source
 //! The order of cuts is that of R. Deits and R. Tedrake, "Computing large convex regions of
 //! obstacle-free space through semidefinite programming", WAFR 2014,
-//! doi:10.1007/978-3-319-16595-0_7, with a ball for the ellipsoid and without growing it.
+//! doi:10.1007/978-3-319-16595-0_7. Deviations: a ball replaces the ellipsoid, and it does not
+//! grow.
 
 use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
 use crate::collision::shapes::bounds::Aabb;
@@ -21,31 +22,31 @@ use crate::robot::mesh::convex_hull::convex_hull;
 /// A convex piece inside a solid.
 #[derive(Debug, Clone)]
 pub struct InnerPiece {
-    /// It, in the frame of the mesh.
+    /// The piece in the frame of the mesh.
     pub shape: ConvexShape,
-    /// A ball in it: centre and radius \[m\].
+    /// A ball in the piece: centre and radius \[m\].
     pub ball: (Vec3, f64),
-    /// No point of it is farther from the centre \[m\].
+    /// Distance \[m\] from the centre of the ball to the farthest point of the piece.
     pub reach: f64,
 }
 
-/// Balls that pieces are grown from.
-const SEEDS: usize = 16;
-/// A ball as deep as this share of its radius in a piece gives none.
-const HELD: f64 = 0.5;
-/// Share by which corners are drawn in, far more than rounding moves them.
-const DRAWN_IN: f64 = 1e-9;
+/// Balls from which pieces are grown.
+const MAX_SEEDS: usize = 16;
+/// A ball is skipped if a piece contains its centre deeper than this share of its radius.
+const COVERED_DEPTH_SHARE: f64 = 0.5;
+/// Share by which corners are moved toward the centre, far above rounding.
+const SHRINK_SHARE: f64 = 1e-9;
 
-/// Pieces inside the solids of a mesh, which lies in `bounds`; none in surfaces.
+/// Convex pieces inside the solids of a mesh with box `bounds`; open surfaces have none.
 pub fn inner_pieces(mesh: &MeshShape, bounds: &Aabb) -> Vec<InnerPiece> {
     let (low, high) = (bounds.center - bounds.half, bounds.center + bounds.half);
     let mut stack = Vec::new();
     let depth = |p: &Vec3| mesh.depth_above(p, 0.0, &mut stack).unwrap_or(f64::NEG_INFINITY);
-    let seeds = largest_balls(&low, &high, SEEDS, depth);
+    let seeds = largest_balls(&low, &high, MAX_SEEDS, depth);
     let triangles: Vec<Triangle> = mesh.tree.triangles(0..mesh.tree.blocks.len()).collect();
     let mut grown: Vec<(Vec<Plane>, InnerPiece)> = Vec::new();
     for (center, radius) in seeds {
-        let is_held = |planes: &[Plane]| planes.iter().all(|plane| plane.depth(&center) > HELD * radius);
+        let is_held = |planes: &[Plane]| planes.iter().all(|plane| plane.depth(&center) > COVERED_DEPTH_SHARE * radius);
         if grown.iter().any(|(planes, _)| is_held(planes)) {
             continue;
         }
@@ -57,7 +58,7 @@ pub fn inner_pieces(mesh: &MeshShape, bounds: &Aabb) -> Vec<InnerPiece> {
     grown.into_iter().map(|(_, piece)| piece).collect()
 }
 
-/// `normal . x <= offset` in a piece.
+/// A piece lies where `normal . x <= offset`.
 #[derive(Debug, Clone, Copy)]
 struct Plane {
     normal: Vec3,
@@ -86,14 +87,14 @@ fn planes_around(center: &Vec3, triangles: &[Triangle], low: &Vec3, high: &Vec3)
             continue;
         }
         let normal = (point - center) / distance;
-        // The nearest corner may lie a rounding error before its nearest point.
+        // Rounding may put a corner slightly before the nearest point of its triangle.
         let offset = corners.iter().map(|corner| normal.dot(corner)).fold(normal.dot(&point), f64::min);
         planes.push(Plane { normal, offset });
     }
     planes
 }
 
-/// The corners of the planes' polytope, by the hull of its dual about the centre.
+/// Finds the corners of the polytope, as faces of the hull of its dual about the centre.
 fn piece(planes: &[Plane], center: Vec3, radius: f64) -> Option<InnerPiece> {
     let duals: Vec<Vec3> = planes.iter().map(|plane| plane.normal / plane.depth(&center)).collect();
     let hull = convex_hull(&duals)?;
@@ -102,12 +103,12 @@ fn piece(planes: &[Plane], center: Vec3, radius: f64) -> Option<InnerPiece> {
         let [a, b, c] = triangle.map(|v| hull.vertices[v as usize]);
         let normal = (b - a).cross(&(c - a));
         let way = normal / normal.dot(&a);
-        // Wherever rounding, or a plane that the hull dropped, has put it: as far as all planes let
-        // it.
+        // Rounding, or a plane that the hull dropped, may have displaced the corner. Move it inside
+        // all planes.
         let reached = planes.iter().map(|plane| plane.depth(&center) / plane.normal.dot(&way));
-        let share = reached.filter(|share| *share > 0.0).fold(1.0, f64::min) * (1.0 - DRAWN_IN);
+        let share = reached.filter(|share| *share > 0.0).fold(1.0, f64::min) * (1.0 - SHRINK_SHARE);
         let corner = center + way * share;
-        let is_new = corners.iter().all(|other| (other - corner).norm() > DRAWN_IN * radius);
+        let is_new = corners.iter().all(|other| (other - corner).norm() > SHRINK_SHARE * radius);
         if corner.iter().all(|x| x.is_finite()) && is_new {
             corners.push(corner);
         }

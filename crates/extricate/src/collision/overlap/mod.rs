@@ -1,5 +1,5 @@
-//! Overlaps of convex shapes: with proved depths, what lower bounds on the exit stand on; along
-//! directions, where bodies may part.
+//! Overlaps of convex shapes. Lower bounds on the depth rest on those with proved depths; overlaps
+//! along directions propose how bodies may separate.
 
 mod convex_overlap;
 mod convex_pair;

@@ -1,4 +1,4 @@
-//! The convex pieces of two bodies that overlap, and how far all of them do along a direction.
+//! Overlapping convex pieces of two bodies, and how far all of them overlap along a direction.
 
 use crate::collision::contacts::{ContactBuffers, find_candidates, solid};
 use crate::collision::convex_decomposition::PiecesRef;
@@ -12,17 +12,18 @@ use crate::collision::{CheckScratch, Checker, Contact};
 use crate::math::{Pose, Vec3};
 use crate::scene::PairId;
 
-/// The pieces of two shapes of a checked pair that overlap any of the other. What parts all of them
-/// at once mostly parts the two; what parts one pair of them mostly leaves others where they are.
+/// The pieces of two shapes of a checked pair that overlap a piece of the other. A translation that
+/// separates all of them mostly separates the shapes; one that separates a single pair mostly
+/// leaves others.
 pub struct OverlappingPieces<'a> {
     pair: PairId,
-    /// What the pair keeps beyond the clearance of the scene \[m\].
+    /// Distance \[m\] that the pair keeps beyond the clearance of the scene.
     excess: f64,
     first: Side<'a>,
     second: Side<'a>,
 }
 
-/// Some of the pieces of a shape, in place.
+/// Some of the pieces of a shape, at its pose.
 #[derive(Clone, Copy)]
 struct Side<'a> {
     pieces: Pieces<'a>,
@@ -33,22 +34,22 @@ struct Side<'a> {
 enum Pieces<'a> {
     Alone(&'a ConvexShape),
     Of(&'a [Shape], &'a [u32]),
-    /// The shapes of scenery whose places lie in these boxes.
+    /// Shapes of scenery with their places in these boxes.
     Places(&'a Many, &'a [Aabb]),
 }
 
 impl OverlappingPieces<'_> {
-    /// The axes of either shape's frame, both ways (unit, world): what the faces of boxes and the
-    /// ends of cylinders look along.
+    /// Axes of both frames, in both directions (unit, world). Faces of boxes and ends of cylinders
+    /// have these normals.
     pub fn axes(&self) -> impl Iterator<Item = Vec3> {
         let rotations = [self.first.pose.rotation, self.second.pose.rotation];
         let signed = (0..12).map(|k| (k / 6, k % 3, if k % 6 < 3 { 1.0 } else { -1.0 }));
         signed.map(move |(shape, axis, sign)| rotations[shape].column(axis) * sign)
     }
 
-    /// The place where the first pieces reach farthest against `direction` (unit, world) and the
-    /// second farthest along it: by the negative of its distance they overlap along the direction.
-    /// The distance is less what the pair keeps beyond the clearance of the scene.
+    /// Contact along `direction` (unit, world): the first pieces' farthest point against it and the
+    /// second's along it. Its negative distance is the overlap, including what the pair keeps
+    /// beyond the clearance of the scene.
     pub fn across(&self, direction: &Vec3) -> Contact {
         let (point_first, point_second) = (self.first.farthest(-direction), self.second.farthest(*direction));
         let distance = direction.dot(&(point_first - point_second)) - self.excess;
@@ -57,7 +58,7 @@ impl OverlappingPieces<'_> {
 }
 
 impl Side<'_> {
-    /// The point (world) that reaches farthest along a direction (unit, world).
+    /// Support point in the world along a direction (unit, world).
     fn farthest(&self, along: Vec3) -> Vec3 {
         let local = self.pose.inverse_vector(&along);
         let reaching = |shape: &ConvexShape| shape.core.support(&local) + local * shape.radius;
@@ -131,8 +132,8 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Those of `some` pieces that a direction has to part at once: all before `first_apart`, and each
-/// other one.
+/// Groups `some` pieces: a direction has to separate all before `first_apart` at once, and each
+/// other one by itself.
 fn parted_at_once(some: &mut [u32], first_apart: usize) -> impl Iterator<Item = &[u32]> {
     some.sort_unstable();
     let (together, apart) = some.split_at(some.partition_point(|piece| (*piece as usize) < first_apart));
@@ -143,8 +144,8 @@ fn is_scenery(shape: Placed) -> bool {
     matches!(shape.shape().kind, ShapeKind::Scenery(_))
 }
 
-/// Which pieces of two shapes are nearer than `within` \[m\] to any of the other; whether any are.
-/// Where each has but one, these.
+/// Finds the pieces of either shape that are nearer than `within` \[m\] to a piece of the other.
+/// Returns whether there are any. If both shapes have a single piece, these are returned unchecked.
 fn find_overlapping(
     [a, b]: [Placed; 2],
     within: f64,
@@ -172,7 +173,7 @@ fn find_overlapping(
     !xs.is_empty()
 }
 
-/// Finds the places of scenery and the pieces of `one` that are nearer than `within` \[m\] to any
+/// Finds the places of scenery and the pieces of `one` that are nearer than `within` \[m\] to one
 /// of the other.
 fn find_places((many, pose): (&Many, &Pose), one: Placed, within: f64, places: &mut Vec<Aabb>, pieces: &mut Vec<u32>) {
     places.clear();
@@ -185,8 +186,8 @@ fn find_places((many, pose): (&Many, &Pose), one: Placed, within: f64, places: &
     }
 }
 
-/// Which pieces of `one` are nearer than `within` \[m\] to a shape; else the one whose ball is
-/// nearest to the shape's middle.
+/// Finds the pieces of `one` that are nearer than `within` \[m\] to a shape. If there is none,
+/// returns the piece with its ball nearest to the origin of the shape.
 fn find_near((part, pose): (&ConvexShape, &Pose), one: Placed, within: f64, found: &mut Vec<u32>) {
     let (pieces, pose_part_one) = (one.prepared.cover().shapes, pose.inverse().then(one.pose));
     let is_near = |piece: &Shape| nearer_than(part, &Pose::identity(), &solid(piece).shape, &pose_part_one, within);
@@ -211,8 +212,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use std::sync::Arc;
 
-    /// Along every direction two overlapping shapes overlap at least as far as the shortest
-    /// translation that parts them, and along some direction hardly farther.
+    /// Along every direction, two shapes overlap at least by their penetration depth, and along
+    /// some direction hardly more.
     #[test]
     fn overlaps_along_directions_are_as_deep_as_the_depth() {
         let scene = Arc::new(builtin::scene("planar-arm").unwrap());
@@ -239,8 +240,8 @@ mod tests {
         assert!(seen > 50, "{seen}");
     }
 
-    /// A bracket and a lumpy body: the pieces that overlap are those that do one by one, and a
-    /// translation by their overlap along a direction parts every pair of them.
+    /// For a bracket and a bumpy body, compares the overlapping pieces with a scan of all pairs. A
+    /// translation by their overlap along a direction separates every pair of them.
     #[test]
     fn a_translation_along_a_direction_parts_all_pieces_that_overlap() {
         let bracket = [

@@ -1,5 +1,4 @@
-//! The bodies of a scene with their prepared shapes, and where they are at a configuration. No
-//! pairs.
+//! Bodies of a scene with their prepared shapes, and their poses at a configuration. No pairs.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -21,36 +20,35 @@ use crate::robot::{Geometry, TriangleMesh};
 use crate::scene::correspondence::by_name;
 use crate::scene::{Body, Scene};
 
-/// Every body of a scene.
+/// Prepared bodies of a scene.
 pub struct Bodies {
-    /// In the order of the scene.
+    /// Bodies in the order of the scene.
     pub bodies: Vec<PreparedBody>,
-    /// The shapes of all bodies.
+    /// Parts of all bodies, body after body.
     pub parts: Vec<PreparedPart>,
-    /// Bodies on frames that move.
+    /// Indices of the bodies on moving frames.
     moving: Vec<usize>,
-    /// Whether there is no mesh: convex shapes, and scenery made of them.
+    /// Whether all shapes are convex or scenery made of convex shapes, so that there is no mesh.
     pub all_convex: bool,
-    /// Whether there is scenery.
     pub has_scenery: bool,
 }
 
-/// A body.
+/// Body with a bounding volume.
 pub struct PreparedBody {
-    /// Its parts; none for a body of empty meshes.
+    /// Range of its parts; empty for a body of empty meshes.
     pub parts: Range<usize>,
-    /// Centre (frame coordinates) and radius \[m\] of a ball around it; the radius is below 0 for a
+    /// Bounding ball: centre in frame coordinates and radius \[m\]. The radius is below 0 for a
     /// body without parts.
     pub ball: (Vec3, f64),
-    /// The frame that it is fixed to.
+    /// Index of the frame that carries the body.
     pub frame: usize,
-    /// In the axes of the world, around a body that does not move and has parts.
+    /// World-aligned bounding box of a fixed body with parts.
     pub world_box: Option<Aabb>,
 }
 
-/// A shape on a frame.
+/// Shape on a frame.
 pub struct PreparedPart {
-    /// The shape, shared by scenes that have it.
+    /// Shape, which several parts and scenes may share.
     pub prepared: Arc<PreparedShape>,
     /// Maps shape coordinates to frame coordinates.
     pub pose_frame_part: Pose,
@@ -58,37 +56,36 @@ pub struct PreparedPart {
 }
 
 impl PreparedPart {
-    /// The shape itself.
     pub fn shape(&self) -> &Shape {
         &self.prepared.shape
     }
 }
 
-/// Where frames, bodies and parts are at one configuration.
+/// Poses of frames, bodies and parts at one configuration.
 #[derive(Debug, Default)]
 pub struct Placement {
     /// World poses of the frames.
     pub poses: Vec<Pose>,
     /// Centres of the bodies' balls in the world \[m\].
     pub centers: Vec<Vec3>,
-    /// World poses of parts, valid where `part_epochs` is the current epoch (or the part does not
-    /// move).
+    /// World poses of parts. They are valid if the entry of `part_epochs` is the current epoch or
+    /// [`FIXED_EPOCH`].
     part_poses: Vec<Pose>,
     part_epochs: Vec<u32>,
     epoch: u32,
 }
 
-/// Epoch of a part that does not move.
-const ALWAYS: u32 = u32::MAX;
+/// Epoch of a part that does not move. Its pose is always valid.
+const FIXED_EPOCH: u32 = u32::MAX;
 
 impl Bodies {
-    /// Prepares every shape that `before`, a scene with its prepared bodies, does not have.
+    /// Prepares every shape, and reuses those of `before`, a scene with its prepared bodies.
     pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
         Self::prepare(scene, before, repeat(None)).expect("no tree is given that might not fit")
     }
 
-    /// Prepares every shape; `layouts` are of the meshes and convex hulls, body after body. `None`
-    /// where one does not fit, or there are more or fewer of them.
+    /// Prepares every shape. `layouts` belong to the meshes and convex hulls, body after body.
+    /// Returns `None` if one does not fit or their number differs.
     pub fn with_layouts(scene: &Scene, layouts: Vec<Option<TreeLayout>>) -> Option<Self> {
         let fits = meshes(scene.bodies.iter()).count() == layouts.len();
         fits.then(|| Self::prepare(scene, None, layouts.into_iter())).flatten()
@@ -121,7 +118,7 @@ impl Bodies {
         Some(all)
     }
 
-    /// Adds a body; `shapes` are known by what they were made of.
+    /// Adds a body. `shapes` holds prepared shapes by the geometry that they were made from.
     fn push(&mut self, body: &Body, twin: Option<Twin>, shapes: &mut HashMap<Key, Arc<PreparedShape>>) {
         let start = self.parts.len();
         match twin.as_ref().filter(|twin| twin.has_equal_shapes) {
@@ -147,9 +144,9 @@ impl Bodies {
         self.bodies.push(PreparedBody { parts, ball, frame: body.frame, world_box });
     }
 
-    /// A placement whose parts that do not move are in place.
+    /// Returns a placement with the fixed parts at their poses.
     pub fn placement(&self) -> Placement {
-        let part_epochs = self.parts.iter().map(|part| if part.frame == 0 { ALWAYS } else { 0 }).collect();
+        let part_epochs = self.parts.iter().map(|part| if part.frame == 0 { FIXED_EPOCH } else { 0 }).collect();
         Placement {
             part_poses: self.parts.iter().map(|part| part.pose_frame_part).collect(),
             part_epochs,
@@ -158,7 +155,6 @@ impl Bodies {
         }
     }
 
-    /// Moves everything to configuration `q`.
     pub fn place(&self, scene: &Scene, q: &[f64], placement: &mut Placement) {
         kinematics::forward(scene, q, &mut placement.poses);
         self.begin(placement);
@@ -168,28 +164,28 @@ impl Bodies {
         }
     }
 
-    /// Moves everything to one configuration of a block, but for the centres, which are left where
-    /// they are.
+    /// Moves the frames to one configuration of a block. The centres of the bodies stay as they
+    /// are.
     pub fn place_lane(&self, block: &PoseBlock, lane: usize, placement: &mut Placement) {
         placement.poses.clear();
         placement.poses.extend((0..block.frames()).map(|frame| block.pose(frame, lane)));
         self.begin(placement);
     }
 
-    /// Forgets where the parts were.
+    /// Invalidates the poses of moving parts.
     fn begin(&self, placement: &mut Placement) {
-        placement.epoch = (placement.epoch + 1) % ALWAYS;
+        placement.epoch = (placement.epoch + 1) % FIXED_EPOCH;
         if placement.epoch == 0 {
-            placement.part_epochs.iter_mut().filter(|epoch| **epoch != ALWAYS).for_each(|epoch| *epoch = 0);
+            placement.part_epochs.iter_mut().filter(|epoch| **epoch != FIXED_EPOCH).for_each(|epoch| *epoch = 0);
             placement.epoch = 1;
         }
     }
 
-    /// Two parts at the placed configuration.
+    /// Returns two parts at the placed configuration. Poses of parts are computed on first use.
     pub fn placed<'a>(&'a self, placement: &'a mut Placement, first: usize, second: usize) -> (Placed<'a>, Placed<'a>) {
         for part in [first, second] {
             let epoch = placement.part_epochs[part];
-            if epoch != placement.epoch && epoch != ALWAYS {
+            if epoch != placement.epoch && epoch != FIXED_EPOCH {
                 let prepared = &self.parts[part];
                 placement.part_poses[part] = placement.poses[prepared.frame].then(&prepared.pose_frame_part);
                 placement.part_epochs[part] = placement.epoch;
@@ -200,12 +196,12 @@ impl Bodies {
     }
 }
 
-/// A body of the same name in another scene, with what was prepared of it.
+/// Body of the same name in another scene, with its prepared shapes.
 struct Twin<'a> {
     body: &'a Body,
     prepared: &'a Bodies,
     known: &'a PreparedBody,
-    /// Whether it has the same shapes in the same order, wherever they are.
+    /// Whether both bodies have the same shapes in the same order; their poses may differ.
     has_equal_shapes: bool,
 }
 
@@ -219,12 +215,12 @@ impl<'a> Twin<'a> {
     }
 }
 
-/// What geometry is told by that many bodies may have, as a wall of equal boxes: its kind, and its
-/// sizes or the mesh that it shares.
+/// Key of geometry that many bodies may share, such as the boxes of a wall: its kind, and its sizes
+/// or the address of its mesh.
 type Key = (u8, [u64; 3]);
 
-/// What tells shapes apart that are shared by pointer and may take long to prepare: meshes, clouds
-/// and grids. `None` for any other.
+/// Address of a mesh, cloud or grid, which bodies share by pointer and which may take long to
+/// prepare. `None` for other geometry.
 pub fn shared_shape(geometry: &Geometry) -> Option<usize> {
     match geometry {
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => Some(Arc::as_ptr(mesh) as usize),
@@ -252,7 +248,7 @@ fn key(geometry: &Geometry) -> Option<Key> {
     })
 }
 
-/// The geometries that are made of triangles.
+/// Geometries made of triangles.
 fn meshes<'a>(bodies: impl Iterator<Item = &'a Body>) -> impl Iterator<Item = &'a Geometry> {
     bodies.flat_map(|body| body.parts.iter().map(|part| &part.geometry)).filter(|geometry| match geometry {
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => !mesh.triangles.is_empty(),
@@ -260,8 +256,8 @@ fn meshes<'a>(bodies: impl Iterator<Item = &'a Body>) -> impl Iterator<Item = &'
     })
 }
 
-/// `meshes`, each once, with their trees as far as these are known, prepared on all threads of the
-/// current pool: what takes long. `None` where a tree does not fit.
+/// Prepares each of `meshes` once, on all threads of the current pool, since this takes long. Uses
+/// the known layouts of trees; returns `None` if one does not fit.
 fn prepared_meshes<'a>(
     meshes: impl Iterator<Item = (&'a Geometry, Option<TreeLayout>)>,
 ) -> Option<HashMap<Key, Arc<PreparedShape>>> {
@@ -274,7 +270,7 @@ fn prepared_meshes<'a>(
         };
         Some((key, Arc::new(shape)))
     };
-    // A change that brings no mesh needs no threads.
+    // Avoid threads if a change brings no mesh.
     if unique.is_empty() { Some(HashMap::new()) } else { unique.into_par_iter().map(prepared).collect() }
 }
 

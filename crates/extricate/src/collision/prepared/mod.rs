@@ -1,5 +1,5 @@
-//! What is prepared of a scene once and checked often: its bodies, with shapes and what is derived
-//! from them, and where they are at a configuration. No pairs.
+//! Data that is prepared once for a scene and serves many checks: bodies with their shapes and
+//! derived data, and their poses at a configuration. No pairs.
 
 mod bodies;
 mod piece_arrays;

@@ -1,4 +1,4 @@
-//! Convex pieces as plain arrays, to keep beside the meshes that they were made of. No file format.
+//! Convex pieces as plain arrays, stored beside their meshes. No file format.
 
 use rayon::prelude::*;
 
@@ -9,20 +9,19 @@ use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::math::Vec3;
 
-/// The pieces of the meshes of a scene: cells, and finer ones beside small bodies.
+/// Convex pieces of the meshes of a scene: cells, and finer ones for contact with small bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PieceArrays {
-    /// Of every shape, body after body: how many cells, 0 for one that has none, or none yet.
+    /// Number of cells of every shape, body after body; 0 if it has none or none yet.
     pub counts: Vec<u32>,
-    /// Of every shape, bit by bit, for which sizes of bodies its cells are too coarse.
+    /// Bit mask for every shape: bit `k` is set if its cells are too coarse for bodies of size `k`.
     pub coarse: Vec<u8>,
-    /// Of every shape with finer pieces, for each size: the number of the shape, the index of the
-    /// size, how many pieces, and how many of them are parted from others
-    /// together.
+    /// Four numbers for every set of finer pieces: index of the shape, index of the size, number of
+    /// pieces, and how many of them must be separated together.
     pub fine: Vec<u32>,
-    /// Of every piece, first all cells, how many points it is the hull of.
+    /// Number of hull points of every piece; all cells come first.
     pub sizes: Vec<u32>,
-    /// Of every point, three numbers in the frame of its shape \[m\].
+    /// Three coordinates of every point in the frame of its shape \[m\].
     pub points: Vec<f64>,
 }
 
@@ -58,7 +57,7 @@ pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
     kept
 }
 
-/// The points of `count` pieces, from the front of what is left.
+/// Takes the points of the next `count` pieces.
 fn next_pieces(sizes: &mut &[u32], points: &mut &[f64], count: u32) -> Option<Vec<Vec<Vec3>>> {
     if count as usize > MOST_PIECES {
         return None;
@@ -117,7 +116,7 @@ fn taken(parts: &[PreparedPart], kept: &PieceArrays) -> Option<()> {
 }
 
 fn are_of(shape: &Shape, mesh: &MeshShape, pieces: &[Vec<Vec3>]) -> bool {
-    // Flat hulls are thickened.
+    // Flat hulls are thickened, so allow for that.
     let beyond = Vec3::repeat(2.0 * THICKNESS * shape.bounds.half.norm());
     let (low, high) =
         (shape.bounds.center - shape.bounds.half - beyond, shape.bounds.center + shape.bounds.half + beyond);
@@ -143,7 +142,7 @@ mod tests {
     use crate::scene::builtin;
     use std::sync::Arc;
 
-    /// A built-in scene in which some shapes are a bracket, which is no convex mesh.
+    /// A built-in scene with two bodies replaced by a bracket, which is not a convex mesh.
     fn checker(size: f64) -> Checker {
         let mut scene = builtin::scene("planar-arm").unwrap();
         let bracket = joined(&[

@@ -5,22 +5,21 @@ use crate::collision::shapes::Shape;
 use crate::collision::shapes::inner_spheres::InnerSpheres;
 use crate::math::Pose;
 
-/// A shape and its pose in the world.
+/// A prepared shape with its pose in the world.
 #[derive(Clone, Copy)]
 pub struct Placed<'a> {
-    /// The shape, with what is derived from it.
+    /// The shape and its derived data.
     pub prepared: &'a PreparedShape,
-    /// Maps its frame to the world.
+    /// Maps the frame of the shape to the world.
     pub pose: &'a Pose,
 }
 
 impl<'a> Placed<'a> {
-    /// The shape itself.
     pub fn shape(self) -> &'a Shape {
         &self.prepared.shape
     }
 
-    /// The shape and the balls in it.
+    /// Returns the shape and the balls inside it.
     pub fn with_inner(self) -> (&'a Shape, &'a InnerSpheres) {
         (&self.prepared.shape, &self.prepared.inner)
     }

@@ -1,5 +1,5 @@
-//! A shape with all that is derived from it: balls and convex pieces in it, and convex pieces
-//! around it. No pairs.
+//! A shape with all derived data: balls and convex pieces inside it, and convex pieces around it.
+//! No pairs.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,11 +10,11 @@ use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::robot::Geometry;
 
-/// Cells, and for which sizes of bodies they are too coarse.
+/// Cells of a mesh, and whether they are too coarse for each size of body.
 pub type Cells = (Pieces, [bool; SIZES]);
 
-/// A shape prepared for checks against others: a tree of triangles, or a convex solid. Immutable,
-/// shared between threads.
+/// A convex solid, a mesh or scenery, prepared for checks against others. Immutable, shared between
+/// threads.
 ///
 /// ```
 /// use extricate::internals::collision::{PairScratch, PreparedShape};
@@ -25,31 +25,30 @@ pub type Cells = (Pieces, [bool; SIZES]);
 /// assert!(ball.is_nearer(&ball, &apart, 0.6, &mut PairScratch::default()));
 /// ```
 pub struct PreparedShape {
-    /// As exact checks take it.
+    /// The shape that exact checks use.
     pub shape: Shape,
-    /// Balls in it; none in scenery.
+    /// Balls inside the shape; scenery has none.
     pub inner: InnerSpheres,
-    /// The least half extent of its box \[m\]; infinite for scenery, which is no one body.
+    /// Least half extent of the bounding box \[m\]; infinite for scenery, which is more than one
+    /// body.
     pub size: f64,
-    /// The cells of a mesh, and for which sizes of bodies they are too coarse; made when they are
-    /// first needed.
+    /// Cells of a mesh, made on first use.
     cells: OnceLock<Arc<Cells>>,
-    /// What is finer than the cells of a mesh, by the size of the body beside it.
+    /// Finer pieces of a mesh for each size of the other body, made on first use.
     fine: [OnceLock<Arc<Pieces>>; SIZES],
     inner_pieces: OnceLock<Arc<[InnerPiece]>>,
 }
 
 impl PreparedShape {
-    /// Prepares `geometry`; `None` for a mesh without triangles, and for a cloud or grid that holds
-    /// nothing.
+    /// Prepares `geometry`; `None` for a mesh without triangles, and for an empty cloud or grid.
     ///
     /// # Cost
-    /// For a mesh that of sorting its triangles a few times over.
+    /// For a mesh, about that of sorting its triangles a few times.
     pub fn new(geometry: &Geometry) -> Option<Self> {
         Some(Self::of(Shape::new(geometry)?))
     }
 
-    /// Prepares what else there is of `shape`.
+    /// Derives the other data from `shape`.
     pub(super) fn of(shape: Shape) -> Self {
         let (inner, size) = match &shape.kind {
             ShapeKind::Scenery(_) => (InnerSpheres::default(), f64::INFINITY),
@@ -58,8 +57,8 @@ impl PreparedShape {
         Self { shape, inner, size, cells: OnceLock::new(), fine: Default::default(), inner_pieces: OnceLock::new() }
     }
 
-    /// Convex shapes in the same frame whose union holds the shape: itself, or the cells of a mesh;
-    /// none of scenery, which is requested its elements.
+    /// Convex shapes in the same frame, the union of which contains the shape: the shape itself, or
+    /// the cells of a mesh. Scenery has none, since it offers its elements instead.
     pub fn cover(&self) -> PiecesRef<'_> {
         match &self.shape.kind {
             ShapeKind::Convex(_) => (&self.shape).into(),
@@ -68,7 +67,7 @@ impl PreparedShape {
         }
     }
 
-    /// [`PreparedShape::cover`], unless it would first have to be made.
+    /// Same as [`PreparedShape::cover`], but `None` if the cells are not made yet.
     pub fn known_cover(&self) -> Option<PiecesRef<'_>> {
         match &self.shape.kind {
             ShapeKind::Convex(_) => Some((&self.shape).into()),
@@ -77,8 +76,8 @@ impl PreparedShape {
         }
     }
 
-    /// Convex shapes in the same frame whose union holds the shape or its surface, and leaves open
-    /// what the other one could enter.
+    /// Convex shapes in the same frame, the union of which contains the shape or its surface.
+    /// Hollows that the other body could enter stay open.
     pub fn pieces_beside(&self, other: &Self) -> PiecesRef<'_> {
         let ShapeKind::Mesh(mesh) = &self.shape.kind else { return self.cover() };
         let cells = self.cells(mesh);
@@ -88,12 +87,12 @@ impl PreparedShape {
         }
     }
 
-    /// Whether [`PreparedShape::pieces_beside`] are other ones than the known cover.
+    /// Whether [`PreparedShape::pieces_beside`] differs from the known cover.
     pub fn is_finer_beside(&self, other: &Self) -> bool {
         self.cells.get().is_some_and(|cells| self.finer_beside(cells, other).is_some())
     }
 
-    /// Of which size pieces finer than the cells are needed.
+    /// Index of the size for which pieces finer than the cells are needed.
     fn finer_beside(&self, cells: &Cells, other: &Self) -> Option<usize> {
         let index = size_index(self.shape.bounds.half.norm(), other.size);
         cells.1[index].then_some(index)
@@ -107,55 +106,55 @@ impl PreparedShape {
         made_once(&self.fine[index], || fine_pieces(mesh, &self.shape.bounds, index))
     }
 
-    /// Of a mesh, convex pieces inside it; made when they are first asked for.
+    /// Convex pieces inside a mesh, made on first use; empty for other shapes.
     pub fn inner_pieces(&self) -> &[InnerPiece] {
         let ShapeKind::Mesh(mesh) = &self.shape.kind else { return &[] };
         self.inner_pieces.get_or_init(|| inner_pieces(mesh, &self.shape.bounds).into())
     }
 
-    /// Whether all pieces are made that it has by itself.
+    /// Whether the cells and the inner pieces of a mesh are made; `true` for other shapes.
     pub fn has_cells(&self) -> bool {
         let is_mesh = matches!(self.shape.kind, ShapeKind::Mesh(_));
         !is_mesh || (self.cells.get().is_some() && self.inner_pieces.get().is_some())
     }
 
-    /// Makes those that are not.
+    /// Makes the missing cells and inner pieces.
     pub fn make_cells(&self) {
         self.cover();
         self.inner_pieces();
     }
 
-    /// Of which size finer pieces are needed beside `other` that are not made.
+    /// Index of the size for which finer pieces are needed beside `other` and not made yet.
     pub fn missing_beside(&self, other: &Self) -> Option<usize> {
         self.finer_beside(self.cells.get()?, other).filter(|index| self.fine[*index].get().is_none())
     }
 
-    /// Makes the pieces beside bodies of the size `index`.
+    /// Makes the finer pieces for bodies of the size `index`.
     pub fn make_fine(&self, index: usize) {
         if let ShapeKind::Mesh(mesh) = &self.shape.kind {
             self.fine(mesh, index);
         }
     }
 
-    /// The cells, and the finer pieces by the size of the body beside, as far as they are made.
+    /// Returns the cells and, for each size, the finer pieces that are already made.
     pub fn known_pieces(&self) -> (Option<&Cells>, [Option<&Pieces>; SIZES]) {
         let fine = self.fine.each_ref().map(|fine| fine.get().map(|pieces| &**pieces));
         (self.cells.get().map(|cells| &**cells), fine)
     }
 
-    /// Takes the cells of a mesh over from where they were made before; not if it has some.
+    /// Sets cells that were made earlier, unless the mesh already has some.
     pub fn set_cells(&self, cells: Pieces, is_coarse: [bool; SIZES]) {
         self.cells.get_or_init(|| Arc::new((cells, is_coarse)));
     }
 
-    /// The same of what is finer, beside bodies of the size `index`.
+    /// Sets finer pieces for the size `index`, unless the mesh already has some.
     pub fn set_fine(&self, index: usize, pieces: Pieces) {
         self.fine[index].get_or_init(|| Arc::new(pieces));
     }
 }
 
-/// What is made outside of the lock: it is shared work, and a thread that waits for its parts may
-/// come to ask for the same.
+/// Runs `make` outside of the lock. It is parallel work, and a thread that waits for it may request
+/// the same value.
 fn made_once<T>(place: &OnceLock<Arc<T>>, make: impl FnOnce() -> T) -> &T {
     if let Some(known) = place.get() {
         return known;

@@ -1,5 +1,4 @@
-//! Layouts of trees of triangles as plain arrays, to keep beside the meshes that they are of. No
-//! file format.
+//! Layouts of triangle trees as plain arrays, stored beside their meshes. No file format.
 
 use super::bodies::PreparedPart;
 use crate::collision::shapes::ShapeKind;
@@ -7,21 +6,21 @@ use crate::collision::shapes::bvh::TreeLayout;
 use crate::collision::shapes::convex::ConvexCore;
 use crate::math::LANES;
 
-/// The trees of the meshes of a scene.
+/// Tree layouts of the meshes of a scene.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TreeArrays {
-    /// Of every mesh and convex hull, body after body, how many elements its tree has: 0 for one
-    /// that needs no tree, since it is convex.
+    /// Number of tree elements of every mesh and convex hull, body after body; 0 for a convex one,
+    /// which needs no tree.
     pub counts: Vec<u32>,
-    /// Of every tree its nodes and blocks, each node before what is below it: of a block the number
-    /// of its triangles, of a node 8 more than that of its children.
+    /// Nodes and blocks of every tree, each node before its children. A block stores its number of
+    /// triangles, a node 8 plus its number of children.
     pub elements: Vec<u8>,
-    /// Of every tree the triangles of its blocks.
+    /// Triangles in the blocks of every tree, in order.
     pub order: Vec<u32>,
 }
 
 impl TreeArrays {
-    /// Those of the prepared shapes of a scene.
+    /// Collects the layouts of the prepared shapes of a scene.
     pub fn of(parts: &[PreparedPart]) -> Self {
         let mut kept = Self::default();
         for part in parts {
@@ -39,8 +38,8 @@ impl TreeArrays {
         kept
     }
 
-    /// The layout of every mesh and convex hull that has one; `None` where counts and arrays do not
-    /// agree. Whether they fit the meshes is not known yet.
+    /// Layout of every mesh and convex hull that has one; `None` if counts and arrays disagree. It
+    /// is not yet checked whether the layouts fit the meshes.
     pub fn layouts(&self) -> Option<Vec<Option<TreeLayout>>> {
         let (mut elements, mut order) = (&self.elements[..], &self.order[..]);
         let mut layouts = Vec::with_capacity(self.counts.len());
@@ -65,7 +64,7 @@ mod tests {
     use crate::scene::{Scene, builtin};
     use std::sync::Arc;
 
-    /// A built-in scene in which two shapes are a bracket of `plates` and one is a convex mesh.
+    /// A built-in scene with two brackets of `plates` plates and one convex mesh.
     fn scene(plates: usize) -> Arc<Scene> {
         let mut scene = builtin::scene("planar-arm").unwrap();
         let plate = |k: usize| cuboid(Vec3::new(0.03 * k as f64, 0.0, 0.0), Vec3::new(0.01, 0.1, 0.1));

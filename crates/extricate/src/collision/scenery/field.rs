@@ -1,12 +1,12 @@
-//! The ground below a grid of heights: a prism below every triangle of the surface, without end
-//! downward, found by a pyramid of least and greatest heights.
+//! Ground below a grid of heights: an endless prism below every triangle of the surface. A pyramid
+//! of least and greatest heights finds the prisms.
 //!
-//! A prism is given to convex searches as deep as the other shape asks: what lies below that shape
-//! decides nothing.
+//! Convex searches see a prism only as deep as the other shape needs: nothing below that shape
+//! matters.
 
 use std::sync::Arc;
 
-use super::tree::{Approach, At, ENDLESS, Element};
+use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
 use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};
@@ -15,18 +15,17 @@ use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::Vec3;
 use crate::robot::HeightField;
 
-/// A grid of heights.
+/// A grid of heights with its pyramid.
 #[derive(Debug, Clone)]
 pub struct Field {
     grid: Arc<HeightField>,
-    /// From the cells to the root: least and greatest heights \[m\] of blocks of cells, of 1, 2, 4
-    /// ... a side.
+    /// Levels from the cells to the root, with blocks of 1, 2, 4, ... cells a side.
     levels: Vec<Level>,
 }
 
 #[derive(Debug, Clone)]
 struct Level {
-    /// Blocks along x and y.
+    /// Number of blocks along x and y.
     blocks: [usize; 2],
     heights: Vec<(f64, f64)>,
 }
@@ -42,14 +41,16 @@ impl Field {
         let of_cell = |at: usize| {
             let (i, j) = (at / blocks[1], at % blocks[1]);
             let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| grid.vertex(i, j).z);
-            corners.into_iter().fold(NOTHING, |range, z| joined(range, (z, z)))
+            corners.into_iter().fold(EMPTY_RANGE, |range, z| joined(range, (z, z)))
         };
         let heights = (0..blocks[0] * blocks[1]).map(of_cell).collect();
         let mut levels = vec![Level { blocks, heights }];
         while let Some(below) = levels.last().filter(|level| level.heights.len() > 1) {
             let blocks = below.blocks.map(|count| count.div_ceil(2));
             let of_block = |at: usize| {
-                below.children(at / blocks[1], at % blocks[1]).fold(NOTHING, |range, k| joined(range, below.heights[k]))
+                below
+                    .children(at / blocks[1], at % blocks[1])
+                    .fold(EMPTY_RANGE, |range, k| joined(range, below.heights[k]))
             };
             let heights = (0..blocks[0] * blocks[1]).map(of_block).collect();
             levels.push(Level { blocks, heights });
@@ -57,14 +58,13 @@ impl Field {
         Some(Self { grid: grid.clone(), levels })
     }
 
-    /// The node that holds everything.
     pub fn root(&self) -> At {
         At::new(self.levels.len() - 1, 0)
     }
 
-    /// A box around everything, which ends far below.
+    /// Bounding box, which ends far below the surface.
     pub fn bounds(&self) -> Aabb {
-        self.block_bounds(self.root(), -2.0 * ENDLESS)
+        self.block_bounds(self.root(), -2.0 * ENDLESS_HALF_SIDE_M)
     }
 
     fn top(&self) -> f64 {
@@ -76,7 +76,7 @@ impl Field {
         ([0.0; 2], self.levels[0].blocks.map(|count| count as f64 * self.grid.size()))
     }
 
-    /// Lower and upper corner of the surface above a block.
+    /// Lower and upper corner of the surface of a block.
     fn block(&self, at: At) -> (Vec3, Vec3) {
         let (level, side) = (&self.levels[at.level()], self.grid.size());
         let (i, j) = (at.number() / level.blocks[1], at.number() % level.blocks[1]);
@@ -85,14 +85,14 @@ impl Field {
         (Vec3::new(end(i, 0), end(j, 1), low), Vec3::new(end(i + 1, 0), end(j + 1, 1), high))
     }
 
-    /// Around a block, from `bottom` \[m\] (or its surface, where that is lower).
+    /// Box around a block from `bottom` \[m\] upward, or from its lowest surface if that is lower.
     fn block_bounds(&self, at: At, bottom: f64) -> Aabb {
         let (mut lower, upper) = self.block(at);
         lower.z = lower.z.min(bottom);
         Aabb::between(&lower, &upper)
     }
 
-    /// What a block is made of: blocks, or the two triangles of a cell.
+    /// Children of a block: smaller blocks, or the two triangles of a cell.
     fn children(&self, at: At) -> impl Iterator<Item = At> {
         let blocks = (at.level() > 0).then(|| {
             let (level, below) = (&self.levels[at.level()], &self.levels[at.level() - 1]);
@@ -120,7 +120,7 @@ impl Field {
         }
     }
 
-    /// What prisms end at where the other shape begins at `low` \[m\].
+    /// Height \[m\] at which prisms end if the other shape begins at `low` \[m\].
     fn bottom(&self, low: f64) -> f64 {
         low - self.grid.size()
     }
@@ -131,7 +131,7 @@ impl Field {
         (cell < blocks[0] * blocks[1]).then(|| self.grid.triangle(cell / blocks[1], cell % blocks[1], second))
     }
 
-    /// The prism below a triangle, see [`super::Scenery::with_element`].
+    /// Makes the prism below a triangle; see [`super::Scenery::with_element`].
     pub fn with_element<R>(&self, number: u32, low: f64, f: impl FnOnce(Element) -> R) -> Option<R> {
         let corners = self.triangle(number)?;
         let lowest = corners.iter().map(|p| p.z).fold(self.bottom(low), f64::min);
@@ -145,7 +145,7 @@ impl Field {
         Some(f(Element { solid: &solid, bounds: &bounds, place }))
     }
 
-    /// Height \[m\] of the surface, where the grid has one.
+    /// Height \[m\] of the surface; `None` beside the grid.
     pub fn surface(&self, x: f64, y: f64) -> Option<f64> {
         let ([x0, y0], [x1, y1]) = self.sides();
         if !(x0 <= x && x <= x1 && y0 <= y && y <= y1) {
@@ -161,14 +161,14 @@ impl Field {
         Some(if v > u { a + (b - c) * u + (c - a) * v } else { a + (b - a) * u + (c - b) * v })
     }
 
-    /// Whether a point lies in the ground.
     pub fn holds(&self, point: &Vec3) -> bool {
         self.surface(point.x, point.y).is_some_and(|surface| point.z < surface)
     }
 
-    /// Least and greatest height \[m\] of cells that a rectangle touches; `None` beside the grid.
+    /// Least and greatest height \[m\] of the cells that a rectangle touches; `None` beside the
+    /// grid.
     pub fn heights_in(&self, lower: [f64; 2], upper: [f64; 2], stack: &mut Vec<(f64, u32)>) -> Option<(f64, f64)> {
-        let mut range = NOTHING;
+        let mut range = EMPTY_RANGE;
         stack.clear();
         stack.push((0.0, self.root().0));
         while let Some((_, at)) = stack.pop() {
@@ -188,14 +188,14 @@ impl Field {
         (range.0 <= range.1).then_some(range)
     }
 
-    /// The part of the grid's rectangle in another one; `None` where they do not meet.
+    /// Intersection of the grid's rectangle with another one; `None` if it is empty.
     pub fn clipped(&self, lower: [f64; 2], upper: [f64; 2]) -> Option<([f64; 2], [f64; 2])> {
         let (low, high) = self.sides();
         let both = ([0, 1].map(|k| lower[k].max(low[k])), [0, 1].map(|k| upper[k].min(high[k])));
         (0..2).all(|k| both.0[k] < both.1[k]).then_some(both)
     }
 
-    /// What the greatest height of all is above `low` \[m\].
+    /// Height \[m\] of the highest surface point above `low` \[m\].
     pub fn rise_above(&self, low: f64) -> f64 {
         self.top() - low
     }
@@ -250,14 +250,14 @@ impl Field {
     }
 }
 
-const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+const EMPTY_RANGE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
 fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
 impl Level {
-    /// The numbers of those of these blocks that a block of the level above holds.
+    /// Numbers of the blocks of this level below one block of the next.
     fn children(&self, i: usize, j: usize) -> impl Iterator<Item = usize> + use<> {
         let [rows, columns] = self.blocks;
         let places = [(2 * i, 2 * j), (2 * i, 2 * j + 1), (2 * i + 1, 2 * j), (2 * i + 1, 2 * j + 1)];
@@ -265,7 +265,7 @@ impl Level {
     }
 }
 
-/// How the other shape stands where it is raised by `rise` \[m\].
+/// Relative pose after the other shape is raised by `rise` \[m\].
 pub fn raised(relative: &Relative, rise: f64) -> Relative {
     let mut pose = relative.pose_a_b;
     pose.translation.z += rise;

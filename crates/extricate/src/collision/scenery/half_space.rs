@@ -1,14 +1,14 @@
-//! All on one side of a plane. No pairs.
+//! A half-space: everything on one side of a plane. No pairs.
 
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::math::Vec3;
 
-/// Solid where `normal . x <= offset`.
+/// Solid for all `x` with `normal . x <= offset`.
 #[derive(Debug, Clone, Copy)]
 pub struct HalfSpace {
-    /// Unit.
+    /// Outward unit normal of the plane.
     pub normal: Vec3,
-    /// \[m\]
+    /// Distance of the plane from the origin along the normal \[m\].
     pub offset: f64,
 }
 
@@ -18,7 +18,7 @@ impl HalfSpace {
         self.normal.dot(point) - self.offset
     }
 
-    /// Lower bound \[m\] on the height of what a box holds, given in a frame that `relative` maps
+    /// Lower bound \[m\] on the height of all points of a box. `relative` maps the frame of the box
     /// to this one.
     pub fn lower_bound(&self, relative: &Relative, bounds: &Aabb) -> f64 {
         let normal = relative.pose_a_b.inverse_vector(&self.normal);

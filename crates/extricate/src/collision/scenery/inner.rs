@@ -1,28 +1,28 @@
-//! Convex shapes that stand for scenery where a convex shape is asked for: in proofs they lie
-//! inside it, in proposals about where it is.
+//! Convex shapes that stand for scenery. In proofs they lie inside it; in proposals they lie
+//! roughly in the same place.
 
 use super::half_space::HalfSpace;
 use super::kinds::Scenery;
-use super::tree::{Approach, At, ENDLESS};
+use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M};
 use crate::collision::prepared::Placed;
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::{Mat3, Pose, Vec3};
 
-/// What the shapes are for.
+/// Purpose of the stand-ins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stands {
-    /// Each lies inside the scenery.
+    /// Proofs: each stand-in lies inside the scenery.
     Inside,
-    /// They lie about where the scenery is.
+    /// Proposals: stand-ins lie roughly in the place of the scenery.
     Near,
 }
 
-/// Elements that stand for many: those whose boxes overlap most.
-const MOST: usize = 4;
+/// Elements that may stand for many equal shapes: those with the deepest overlap of boxes.
+const MAX_STAND_INS: usize = 4;
 
-/// Calls `each` with convex shapes that stand for `scenery` (placed at `pose`) against `other`,
+/// Calls `each` with the stand-ins of `scenery` (placed at `pose`) against `other`: convex shapes,
 /// boxes around them in their frames, and their poses.
 pub fn stand_ins(
     scenery: &Scenery,
@@ -50,7 +50,7 @@ pub fn stand_ins(
             let rectangle = |reach: f64| ([0, 1].map(|k| center[k] - reach), [0, 1].map(|k| center[k] + reach));
             let (lower, upper) = rectangle(radius);
             let Some((_, highest)) = field.heights_in(lower, upper, stack) else { return };
-            // Wide enough that no way aside is as short as the way up.
+            // Make the box so wide that moving aside is never shorter than moving up.
             let depth = (highest - center.z).max(0.0) + radius;
             let (lower, upper) = rectangle(2.0 * depth + radius);
             let Some((lower, upper)) = field.clipped(lower, upper) else { return };
@@ -71,29 +71,30 @@ fn cuboid(half_extents: Vec3, pose: &Pose, each: &mut dyn FnMut(&ConvexSolid, &A
     each(&ConvexSolid::without_planes(shape), &Aabb::between(&-half_extents, &half_extents), pose);
 }
 
-/// A box with a face on the plane, below a ball: the ball's exit through that face is the
-/// shortest, and as long as that of the half-space.
+/// Makes a box below a ball, with one face on the plane. The shortest exit of the ball is through
+/// that face and as long as that from the half-space.
 fn below_plane(half: &HalfSpace, center: &Vec3, radius: f64, each: &mut dyn FnMut(&ConvexSolid, &Aabb, &Pose)) {
     let height = half.height(center);
-    let reach = (2.0 * (height.abs() + radius) + radius).min(ENDLESS);
+    let reach = (2.0 * (height.abs() + radius) + radius).min(ENDLESS_HALF_SIDE_M);
     let across = half.normal.cross(&Vec3::ith(half.normal.iamin(), 1.0)).normalize();
     let rotation = Mat3::from_columns(&[across, half.normal.cross(&across), half.normal]);
     let translation = center - half.normal * (height + reach);
     cuboid(Vec3::repeat(reach), &Pose { rotation, translation }, each);
 }
 
-/// Of elements whose boxes overlap that of the other shape, those that do most.
-fn deepest(scenery: &Scenery, approach: &Approach) -> [Option<u32>; MOST] {
-    let (mut found, mut bounds) = ([None; MOST], [0.0; MOST]);
-    // No deeper than the trees are times what a node has of children: never more memory than this.
+/// Finds the elements whose boxes overlap that of the other shape deepest.
+fn deepest(scenery: &Scenery, approach: &Approach) -> [Option<u32>; MAX_STAND_INS] {
+    let (mut found, mut bounds) = ([None; MAX_STAND_INS], [0.0; MAX_STAND_INS]);
+    // The stack never exceeds the depth of the tree times the children of a node, which is less
+    // than this.
     let mut stack: arrayvec::ArrayVec<(f64, At), 256> = arrayvec::ArrayVec::new();
     stack.extend(scenery.root().map(|root| (f64::NEG_INFINITY, root)));
     while let Some((bound, at)) = stack.pop() {
-        if bound >= bounds[MOST - 1] {
+        if bound >= bounds[MAX_STAND_INS - 1] {
             continue;
         }
         let Some(number) = at.as_element() else {
-            scenery.open(at, approach, bounds[MOST - 1], |bound, child| stack.push((bound, child)));
+            scenery.open(at, approach, bounds[MAX_STAND_INS - 1], |bound, child| stack.push((bound, child)));
             continue;
         };
         let (mut bound, mut number) = (bound, Some(number));

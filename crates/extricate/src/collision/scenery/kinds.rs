@@ -1,50 +1,51 @@
-//! All kinds of scenery as one type, seen as a tree of elements. No pairs.
+//! All kinds of scenery as one type, a tree of elements. No pairs.
 
 use super::field::Field;
 use super::half_space::HalfSpace;
 use super::many::Many;
-use super::tree::{Approach, At, ENDLESS, Element};
+use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::math::Vec3;
 use crate::robot::Geometry;
 
-/// A shape that only obstacles have.
+/// A kind of shape that only obstacles have.
 #[derive(Debug, Clone)]
 pub enum Scenery {
-    /// One convex shape at many places, not turned.
+    /// One convex shape at many places, without rotation.
     Many(Box<Many>),
-    /// All on one side of a plane.
+    /// Everything on one side of a plane.
     HalfSpace(HalfSpace),
-    /// The ground below a grid of heights.
+    /// Ground below a grid of heights.
     Field(Field),
 }
 
 impl Scenery {
-    /// Prepares scenery, with a box and a ball around it; `None` for what holds nothing and for
-    /// shapes of other kinds.
+    /// Prepares scenery with a bounding box and a bounding ball. `None` for empty scenery and for
+    /// other geometry.
     pub fn new(geometry: &Geometry) -> Option<(Self, Aabb, (Vec3, f64))> {
         match geometry {
             Geometry::Points(cloud) => Many::of_points(cloud).map(with_ball),
             Geometry::Voxels(voxels) => Many::of_voxels(voxels).map(with_ball),
             Geometry::HalfSpace { normal, offset } => {
-                let all = Aabb { center: Vec3::zeros(), half: Vec3::repeat(ENDLESS) };
+                let all = Aabb { center: Vec3::zeros(), half: Vec3::repeat(ENDLESS_HALF_SIDE_M) };
                 let half_space = Self::HalfSpace(HalfSpace { normal: (*normal).into(), offset: *offset });
-                Some((half_space, all, (Vec3::zeros(), 2.0 * ENDLESS)))
+                Some((half_space, all, (Vec3::zeros(), 2.0 * ENDLESS_HALF_SIDE_M)))
             }
             Geometry::HeightField(field) => {
                 let field = Field::new(field)?;
                 let bounds = field.bounds();
-                Some((Self::Field(field), bounds, (Vec3::zeros(), 4.0 * ENDLESS)))
+                Some((Self::Field(field), bounds, (Vec3::zeros(), 4.0 * ENDLESS_HALF_SIDE_M)))
             }
             _ => None,
         }
     }
 
-    /// Signed depth \[m\] of `point` where it is above `least`: positive inside, minus the distance
+    /// Signed depth \[m\] of `point`, if above `least`: positive inside, minus the distance
     /// outside.
     ///
-    /// Of balls and cubes that in the deepest one, of cubes with what their neighbours add; of a
-    /// height field that below the whole surface, and beside its walls it may be less than it is.
+    /// For balls, it is the depth in the deepest one; for cubes, this plus what the neighbours add.
+    /// For a height field, it is the depth in the whole ground, which beside the walls may be
+    /// underestimated.
     pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
         match self {
             Self::Many(many) => many.depth_above(point, least, stack),
@@ -53,7 +54,7 @@ impl Scenery {
         }
     }
 
-    /// How a shape with box `bounds` stands to it.
+    /// Prepares tests of nodes against a shape with box `bounds`.
     pub fn approach<'a>(&self, relative: &'a Relative, bounds: &'a Aabb) -> Approach<'a> {
         if let Self::Many(many) = self {
             return many.approach(relative, bounds);
@@ -63,7 +64,7 @@ impl Scenery {
         Approach { relative, bounds, seen: None, low: pose.point(&bounds.center).z - reach }
     }
 
-    /// The node that holds everything; `None` of a half-space.
+    /// Root node; a half-space has none.
     pub fn root(&self) -> Option<At> {
         match self {
             Self::Many(many) => Some(many.root()),
@@ -72,8 +73,8 @@ impl Scenery {
         }
     }
 
-    /// Calls `each` with what a node is made of and what may be nearer than `limit` \[m\] to the
-    /// other shape, and a lower bound \[m\] on how far it is (negative where boxes overlap).
+    /// Calls `each` for the children of a node that may be nearer than `limit` \[m\] to the other
+    /// shape, with a lower bound \[m\] on their distance. The bound is negative if boxes overlap.
     #[inline]
     pub fn open(&self, at: At, approach: &Approach, limit: f64, each: impl FnMut(f64, At)) {
         match self {
@@ -83,12 +84,12 @@ impl Scenery {
         }
     }
 
-    /// Returns a box around what a node holds, if its tree keeps boxes.
+    /// Box around the contents of a node, if the tree keeps boxes.
     pub fn bounds_of(&self, at: At) -> Option<Aabb> {
         if let Self::Many(many) = self { Some(many.bounds_of(at)) } else { None }
     }
 
-    /// What `f` makes of an element; `None` where there is none of that number.
+    /// Applies `f` to an element; `None` if the number is not in use.
     #[inline]
     pub fn with_element<R>(&self, number: u32, approach: &Approach, f: impl FnOnce(Element) -> R) -> Option<R> {
         match self {

@@ -1,19 +1,18 @@
-//! How many layers of occupied cells lie around a cell of a grid.
+//! Number of layers of occupied cells around each cell of a grid.
 
-/// Of every cell how many steps away the nearest cell is that is not occupied, where a step leads
-/// to one of the 26 neighbours: 1 beside an empty cell. `cells` ascend.
+/// Returns for every cell its number of steps to the nearest empty cell. A step leads to one of the
+/// 26 neighbours, so a cell beside an empty one has 1. `cells` must ascend.
 ///
-/// So a cube of `2 k - 1` cells around a cell of `k` layers is full.
+/// The cube of `2 k - 1` cells a side around a cell of `k` layers is therefore full.
 ///
 /// # Source
 /// A. Rosenfeld and J. L. Pfaltz, "Sequential operations in digital picture processing", Journal of
 /// the ACM 13(4), 1966, doi:10.1145/321356.321357: two passes in the order of the cells. Deviation:
-/// the cells are a sorted list, and for every neighbour that comes before a cell a place in the
-/// list runs along.
+/// the cells are a sorted list, and an index for every earlier neighbour advances along the list.
 pub fn layers(cells: &[[i32; 3]]) -> Vec<u16> {
     let mut layers = vec![u16::MAX; cells.len()];
     for forward in [true, false] {
-        // The 13 neighbours that stand before a cell in the order of the pass.
+        // The 13 neighbours that come before a cell in the order of the pass.
         let steps: Vec<[i32; 3]> = (0..13).map(|n| [n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1]).collect();
         let mut places = [0usize; 13];
         for visit in 0..cells.len() {

@@ -1,4 +1,4 @@
-//! One convex shape at many places: a ball about every point of a cloud, a cube in every occupied
+//! One convex shape at many places: a ball at every point of a cloud, or a cube in every occupied
 //! cell.
 
 use super::layers::layers;
@@ -16,29 +16,29 @@ use crate::robot::{PointCloud, Voxels};
 /// other shape's ball. Lab L122 has the sweep.
 const SMALL_BOX_SHARE: f64 = 0.5;
 
-/// Equal convex shapes, not turned.
+/// Equal convex shapes without rotation.
 #[derive(Debug, Clone)]
 pub struct Many {
     solid: ConvexSolid,
-    /// Around the solid, in its own frame.
+    /// Box around the solid, in its own frame.
     bounds: Aabb,
-    /// In the order of the tree.
+    /// Places in the order of the tree.
     places: Vec<Vec3>,
-    /// How much deeper \[m\] a point of the shape at each place lies in all of them than in that
-    /// one, at least; none where nothing is known.
+    /// Lower bound \[m\] on what the neighbours add to the depth of a point in the shape at each
+    /// place; empty if unknown.
     deeper: Vec<f64>,
     tree: PlaceTree,
 }
 
 impl Many {
-    /// A ball about every point; `None` without points.
+    /// Puts a ball at every point; `None` without points.
     pub fn of_points(cloud: &PointCloud) -> Option<Self> {
         let radius = cloud.radius();
         let shape = ConvexShape { core: ConvexCore::Point, radius };
         Self::new(shape, Vec3::repeat(radius), cloud.points(), &[])
     }
 
-    /// A cube in every cell; `None` without cells.
+    /// Puts a cube in every cell; `None` without cells.
     pub fn of_voxels(voxels: &Voxels) -> Option<Self> {
         let half_extents = Vec3::repeat(0.5 * voxels.size());
         let shape = ConvexShape { core: ConvexCore::Box { half_extents }, radius: 0.0 };
@@ -62,17 +62,14 @@ impl Many {
         })
     }
 
-    /// Around all.
     pub fn bounds(&self) -> &Aabb {
         self.tree.bounds()
     }
 
-    /// The same.
     pub fn cuboid(&self) -> &Cuboid {
         self.tree.cuboid()
     }
 
-    /// The node that holds all.
     pub fn root(&self) -> At {
         self.tree.root()
     }
@@ -83,7 +80,6 @@ impl Many {
         self.tree.open(at, approach, limit, each);
     }
 
-    /// The shape at one place.
     #[inline]
     pub fn element(&self, number: u32) -> Option<Element<'_>> {
         self.places.get(number as usize).map(|place| Element {
@@ -93,8 +89,8 @@ impl Many {
         })
     }
 
-    /// Returns a point that lies as far along a direction (unit) as any point of the shapes whose
-    /// places lie in `boxes`.
+    /// Returns a support point, for a unit direction, of the shapes with their places anywhere in
+    /// `boxes`.
     pub fn support(&self, boxes: &[Aabb], along: &Vec3) -> Vec3 {
         let across = along.abs();
         let heights = boxes.iter().map(|all| (along.dot(&all.center) + across.dot(&all.half), all));
@@ -103,8 +99,9 @@ impl Many {
         place + self.solid.shape.core.support(along) + along * self.solid.shape.radius
     }
 
-    /// Adds boxes that hold every place whose shape is nearer than `limit` \[m\] to a convex shape:
-    /// single places, and boxes around several that are small beside that shape.
+    /// Adds boxes that contain every place with its shape nearer than `limit` \[m\] to a convex
+    /// shape. These are single places, and boxes of several that are small compared with that
+    /// shape.
     pub fn places_near(
         &self,
         (other, shape): (&Shape, &ConvexShape),
@@ -114,7 +111,8 @@ impl Many {
     ) {
         let approach = self.approach(relative, &other.bounds);
         let small = SMALL_BOX_SHARE * other.ball.1;
-        // The depth of the tree times the children of a node is less.
+        // The stack never exceeds the depth of the tree times the children of a node, which is less
+        // than this.
         let mut stack: arrayvec::ArrayVec<At, 256> = arrayvec::ArrayVec::new();
         stack.push(self.root());
         while let Some(at) = stack.pop() {
@@ -144,7 +142,7 @@ impl Many {
         Aabb { center: all.center, half: (all.half - self.bounds.half).sup(&Vec3::zeros()) }
     }
 
-    /// Returns the sum of the shape and a box around the origin.
+    /// Returns the Minkowski sum of the shape and a box around the origin.
     fn shape_at(&self, half: &Vec3) -> ConvexShape {
         let ConvexShape { core, radius } = &self.solid.shape;
         let own = if let ConvexCore::Box { half_extents } = core { *half_extents } else { Vec3::zeros() };

@@ -1,9 +1,8 @@
-//! Shapes that only obstacles have: many equal convex shapes, half-spaces, the ground below a grid
-//! of heights. Each knows which of its parts are near another shape, so that a check costs what is
-//! near and not what there is.
+//! Shapes that only obstacles have: many equal convex shapes, half-spaces, and the ground below a
+//! grid of heights. Each finds its parts near another shape, so a check costs what is near.
 //!
-//! A [`Scenery`] is seen as a tree whose leaves are *elements*: convex shapes in its frame. `pair`
-//! decides and measures with them, `inner` names convex sets for proofs. Two sceneries never meet:
+//! A [`Scenery`] is a tree with *elements* as leaves: convex shapes in its frame. `pair` checks and
+//! measures them; `inner` offers convex sets for proofs. Two sceneries are never paired, since
 //! neither moves.
 
 mod field;

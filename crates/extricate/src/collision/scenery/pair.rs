@@ -15,8 +15,8 @@ use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::{Pose, Vec3};
 
-/// Whether the signed distance to `other`, which `relative` places in the frame of the scenery, is
-/// below `limit` \[m\].
+/// Whether the signed distance to `other` is below `limit` \[m\]. `relative` places `other` in the
+/// frame of the scenery.
 pub fn nearer(
     scenery: &Scenery,
     other: &Shape,
@@ -57,7 +57,7 @@ pub fn nearer(
 }
 
 /// Calls `each` with the numbers of elements that may be nearer than `limit` \[m\], nearer ones
-/// sooner, until it answers `true`. The limit may fall meanwhile.
+/// first, until it returns `true`. `each` may lower the limit.
 fn visit(
     scenery: &Scenery,
     approach: &Approach,
@@ -88,8 +88,8 @@ fn visit(
     }
 }
 
-/// Whether the middle of a solid, or a corner of a mesh, lies in the ground: told at once, and so
-/// for what is deep below.
+/// Whether the centre of a solid or a vertex of a mesh lies in the ground. This decides deep
+/// penetration at once.
 fn within(field: &Field, other: &Shape, relative: &Relative) -> bool {
     let point = match &other.kind {
         ShapeKind::Convex(solid) => solid.shape.core.center(),
@@ -99,7 +99,7 @@ fn within(field: &Field, other: &Shape, relative: &Relative) -> bool {
     field.holds(&relative.pose_a_b.point(&point))
 }
 
-/// Maps the other shape's frame to an element's.
+/// Maps the frame of the other shape to that of an element.
 fn from_element(place: &Vec3, relative: &Relative) -> Pose {
     let Pose { rotation, translation } = relative.pose_a_b;
     Pose { rotation, translation: translation - place }
@@ -113,13 +113,13 @@ fn element_nearer(
     (hint, planes): (&mut SeparatingWitness, &mut Planes),
     buffers: &mut Buffers,
 ) -> bool {
-    /// More than what a search errs by \[m\].
-    const CLEARLY: f64 = 1e-8;
+    /// Margin \[m\] above the error of a search.
+    const PARTING_MARGIN_M: f64 = 1e-8;
     let pose = from_element(&element.place, relative);
     match &other.kind {
         ShapeKind::Convex(solid) => match depth_of_core(element.solid, solid, &pose) {
             Some(depth) => depth + limit > 0.0,
-            None if planes.part(element, limit + CLEARLY) => false,
+            None if planes.part(element, limit + PARTING_MARGIN_M) => false,
             None => {
                 let (mut normal, here) = (Vec3::zeros(), Pose::identity());
                 let shapes = (&element.solid.shape, &solid.shape);
@@ -139,8 +139,8 @@ fn element_nearer(
     }
 }
 
-/// Signed depth \[m\] of a solid in another one, in closed form: where one of them is a ball and
-/// the other one known.
+/// Signed depth \[m\] of a solid in another one, in closed form. `None` unless one is a ball and
+/// the other a primitive.
 fn depth_of_core(a: &ConvexSolid, b: &ConvexSolid, pose_a_b: &Pose) -> Option<f64> {
     let is_ball = |solid: &ConvexSolid| matches!(solid.shape.core, ConvexCore::Point);
     if is_ball(a) && b.is_primitive() {
@@ -149,12 +149,12 @@ fn depth_of_core(a: &ConvexSolid, b: &ConvexSolid, pose_a_b: &Pose) -> Option<f6
     (is_ball(b) && a.is_primitive()).then(|| a.depth(&pose_a_b.translation) + b.shape.radius)
 }
 
-/// The signed distance to `other` with the points that realise it (first those of the scenery, in
-/// its frame), if below `cutoff` \[m\].
+/// Signed distance to `other` and the points that realise it, if below `cutoff` \[m\]. The first
+/// point belongs to the scenery, in its frame.
 ///
-/// Exact where they are apart. Below 0: of a half-space exact; of balls and cubes that of the one
-/// that overlaps most, as if each were alone; of a height field an estimate, by how far the other
-/// shape has to be raised.
+/// It is exact if they are apart. Below 0, it is exact for a half-space. For balls and cubes, it is
+/// that of the one with the deepest overlap, as if alone. For a height field, it is estimated from
+/// the lift that frees the other shape.
 pub fn closest(
     scenery: &Scenery,
     other: &Shape,
@@ -173,8 +173,8 @@ pub fn closest(
     Some(lifted(found, rise)).filter(|found| found.distance < cutoff)
 }
 
-/// The signed distance of a half-space and a shape, with the points that realise it: in closed
-/// form, exact also below 0. `None` for scenery.
+/// Signed distance of a half-space and a shape, with the points that realise it. In closed form,
+/// exact also below 0; `None` for scenery.
 pub fn from_half_space(half: &HalfSpace, relative: &Relative, other: &Shape) -> Option<Separation> {
     let pose = &relative.pose_a_b;
     let down = pose.inverse_vector(&-half.normal);
@@ -192,7 +192,7 @@ pub fn from_half_space(half: &HalfSpace, relative: &Relative, other: &Shape) -> 
     Some(Separation { distance, depth_lower: -distance, point_first, point_second, normal: -half.normal })
 }
 
-/// A separation of a shape that was raised by `rise` \[m\], as of where it was before.
+/// Converts the separation of a shape that was raised by `rise` \[m\] to its original position.
 pub fn lifted(found: Separation, rise: f64) -> Separation {
     let up = Vec3::z() * rise;
     let distance = found.distance + found.normal.dot(&up);
@@ -222,34 +222,32 @@ fn closest_element(
     best
 }
 
-/// How far \[m\] a shape that overlaps a height field has to be raised until it just does not; 0
-/// where it does not overlap.
+/// Lift \[m\] that just frees a shape from a height field; 0 if they do not overlap.
 ///
-/// Never more than a ten thousandth of a metre too far, but where the ground is so rough that a few
-/// steps do not get as near.
+/// It is at most 0.1 mm too large, except on ground so rough that the steps run out earlier.
 pub fn lift(scenery: &Scenery, other: &Shape, relative: &Relative, buffers: &mut Buffers) -> f64 {
-    /// What may remain \[m\].
-    const NEAR: f64 = 1e-4;
+    /// Gap \[m\] that may remain below the lifted shape.
+    const MAX_GAP_M: f64 = 1e-4;
     let Scenery::Field(field) = scenery else { return 0.0 };
     let low = scenery.approach(relative, &other.bounds).low;
     let highest = field.rise_above(low);
     if highest < 0.0 || !nearer(scenery, other, relative, 0.0, &mut SeparatingWitness::default(), buffers) {
         return 0.0;
     }
-    // From above it comes down by what is proved to be free below it.
-    let mut rise = highest + NEAR;
+    // Start above the ground and descend by the distance that is proved free.
+    let mut rise = highest + MAX_GAP_M;
     for _ in 0..12 {
         let found = closest_element(scenery, other, &raised(relative, rise), f64::INFINITY, buffers);
         let Some(gap) = found.map(|found| found.distance).filter(|gap| *gap > 0.0) else { break };
         rise -= gap;
-        if gap < NEAR {
+        if gap < MAX_GAP_M {
             break;
         }
     }
     rise.max(f64::MIN_POSITIVE)
 }
 
-/// The separation of a ball whose middle lies in a solid, where a face of that solid tells it.
+/// Separation of a ball with its centre in a solid, if a face of that solid determines it.
 pub fn element_in(element: &Element, solid: &ConvexSolid, relative: &Relative) -> Option<Separation> {
     let (pose, radius) = (&relative.pose_a_b, element.solid.shape.radius);
     if !matches!(element.solid.shape.core, ConvexCore::Point) {
@@ -263,7 +261,7 @@ pub fn element_in(element: &Element, solid: &ConvexSolid, relative: &Relative) -
     Some(Separation { distance, depth_lower: -distance, point_first, point_second, normal })
 }
 
-/// As [`closest`], of one element.
+/// Same as [`closest`], for one element.
 pub fn element_closest(
     element: &Element,
     other: &Shape,
@@ -290,7 +288,7 @@ pub fn element_closest(
     }
 }
 
-/// A mesh (first, and whose frame it is) and an element.
+/// Separation of a mesh (first, in its frame) and an element.
 fn mesh_closest(
     mesh: &MeshShape,
     bounds: &Aabb,
@@ -307,7 +305,7 @@ fn mesh_closest(
     let found = mesh_convex::closest(&mesh.tree, element.solid, element.bounds, &to_mesh, cutoff, &mut buffers.single);
     let floor = found.map_or(cutoff, |(found, _)| found.distance);
     let center = pose.point(&element.solid.shape.core.center());
-    // Balls around one point in both: what parts the solids parts those.
+    // Both solids contain a ball around this point, so separating the solids separates the balls.
     let ball = element.solid.depth(&element.solid.shape.core.center()).max(0.0);
     if let Some((depth, surface)) = mesh.depth_inside(&center, (-floor - ball).max(0.0), &mut buffers.nodes) {
         let normal = (center - surface) / depth;

@@ -1,4 +1,4 @@
-//! A tree of boxes over things that have a place each: eight children a node, without pointers.
+//! A tree of boxes over many places, with eight children a node and without pointers.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -8,17 +8,17 @@ use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::collision::shapes::bvh::{Boxes, Cuboid, Lanes, below, lanes_of, rounded_up, rounding_at};
 use crate::math::{LANES, Vec3};
 
-/// The boxes of a level are those around eight boxes of the level below, in order.
+/// Each box of a level is around eight consecutive boxes of the level below.
 #[derive(Debug, Clone)]
 pub struct PlaceTree {
-    /// From the leaves to the root.
+    /// Levels from the leaves to the root.
     levels: Vec<Vec<Boxes>>,
     bounds: Aabb,
     cuboid: Cuboid,
 }
 
 impl PlaceTree {
-    /// Over `boxes`, of which there must be one, and the order in which they stand there.
+    /// Builds the tree over at least one box; also returns the order of `boxes` in it.
     pub fn new(boxes: &[Aabb]) -> (Self, Vec<u32>) {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         arrange(boxes, &mut order);
@@ -34,22 +34,19 @@ impl PlaceTree {
         }
     }
 
-    /// Around everything.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// The same.
     pub fn cuboid(&self) -> &Cuboid {
         &self.cuboid
     }
 
-    /// The node that holds everything.
     pub fn root(&self) -> At {
         At::new(self.levels.len() - 1, 0)
     }
 
-    /// Returns a box around what a node holds, rounded up.
+    /// Box around the contents of a node, rounded up.
     pub fn bounds_of(&self, at: At) -> Aabb {
         let around = self.levels.get(at.level() + 1);
         let cuboid = around.map_or(self.cuboid, |boxes| boxes[at.number() / LANES].get(at.number() % LANES));
@@ -76,7 +73,7 @@ impl PlaceTree {
         }
     }
 
-    /// The same of a point, with lower bounds [m^2] on squared distances.
+    /// Same as `open` for a point, with lower bounds [m^2] on squared distances.
     #[inline]
     pub fn open_at(&self, at: At, point: &Vec3, limit_squared: f64, mut each: impl FnMut(f64, At)) {
         let place = [point.x as f32, point.y as f32, point.z as f32];

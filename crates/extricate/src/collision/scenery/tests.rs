@@ -1,4 +1,4 @@
-//! Trees and pyramids against scans of everything.
+//! Trees and pyramids against scans of all elements.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ fn grid(rng: &mut ChaCha8Rng, rows: usize, columns: usize) -> Arc<HeightField> {
     Arc::new(HeightField::new("s", "f", 0.2, columns, heights).unwrap())
 }
 
-/// All elements below a node whose bounds are below the limit.
+/// Finds all elements below nodes with bounds below the limit.
 fn found(scenery: &Scenery, approach: &super::tree::Approach, limit: f64) -> Vec<u32> {
     let (mut stack, mut all) = (vec![scenery.root().unwrap()], Vec::new());
     while let Some(at) = stack.pop() {
@@ -65,7 +65,7 @@ fn nothing_near_is_left_out_and_little_else_is_found() {
                 let approach = scenery.approach(&relative, &bounds);
                 let limit = 0.3 * rng.random::<f64>();
                 let near = found(scenery, &approach, limit);
-                // Corners of the box of an element are points of it, but for balls.
+                // Corners of the box of an element belong to it, except for balls.
                 let gap = |element: Element| {
                     let place =
                         Relative::new(Pose { translation: pose.translation - element.place, rotation: pose.rotation });
@@ -77,7 +77,7 @@ fn nothing_near_is_left_out_and_little_else_is_found() {
                     scanned += usize::from(gap < limit);
                     assert!(gap >= limit || near.binary_search(&number).is_ok(), "{number}: {gap} {limit}");
                 }
-                // Cells of a field are told by their boxes, which hold two triangles each.
+                // A field bounds each cell by one box, which contains two triangles.
                 assert!(near.len() <= 2 * scanned + 8 || scanned > 0 && near.len() < 6 * scanned, "{scanned}");
                 seen += scanned;
             }
@@ -108,8 +108,7 @@ fn depths_of_balls_and_cubes_are_those_of_the_deepest() {
     assert!(inside > 50, "{inside}");
 }
 
-/// A full block of cells is as deep as a box, up to the corners' distance; a cell alone as deep as
-/// itself.
+/// A full block of cells is as deep as a box, to within one cell.
 #[test]
 fn cubes_side_by_side_are_deep_together() {
     let cells: Vec<[i32; 3]> = (0..9 * 9 * 9).map(|k| [k / 81, k / 9 % 9, k % 9]).collect();
@@ -142,7 +141,7 @@ fn depths_in_the_ground_are_distances_from_its_surface() {
         let surface = triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
         let depth = field.depth_above(&p, f64::NEG_INFINITY, &mut stack).unwrap();
         let aside = p.x.min(1.4 - p.x).min(p.y).min(2.2 - p.y);
-        // What a vertical line meets first, as the triangle below it says.
+        // Height of the triangle that a vertical line through the point meets.
         let height = triangles.iter().find_map(|[a, b, c]| {
             let (u, v) = (b - a, c - a);
             let (s, t) = {
@@ -206,7 +205,7 @@ fn nodes_and_elements_are_told_apart() {
     }
 }
 
-/// Boxes of places hold every place that is near, and reach hardly beyond those along any direction.
+/// Boxes of places contain every near place, and reach hardly beyond them along any direction.
 #[test]
 fn boxes_of_places_hold_all_that_is_near() {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
@@ -237,7 +236,7 @@ fn boxes_of_places_hold_all_that_is_near() {
                 let holds = |all: &Aabb, p: &Vec3| ((p - all.center).abs() - all.half).max() <= 1e-6;
                 assert!(within(limit).iter().all(|place| boxes.iter().any(|all| holds(all, place))));
                 boxed += boxes.iter().filter(|all| all.half != Vec3::zeros()).count();
-                // A box that is near holds a place within its diagonal.
+                // A near box contains a place within its diagonal.
                 let diagonal = other.shape.ball.1;
                 let wider = within(limit + diagonal);
                 for along in (0..10).map(|_| vector(&mut rng, 1.0).normalize()).filter(|_| !boxes.is_empty()) {

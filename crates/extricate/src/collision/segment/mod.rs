@@ -1,5 +1,5 @@
-//! Whether a whole geodesic between two configurations is free: proved by halving it until every
-//! stretch is shorter than what its middle keeps clear.
+//! Whether a whole geodesic between two configurations is free. The proof halves it until the
+//! bodies cannot move farther along any stretch than they are apart at its middle.
 
 mod proved;
 mod search;
@@ -12,56 +12,57 @@ use crate::scene::{PairId, Scene};
 pub(crate) use proved::prove;
 pub use search::LEAST_RESOLUTION;
 pub(crate) use search::SegmentBudget;
-use search::{FINEST, Search};
+use search::{MIN_STRETCH_SHARE, Search};
 use stretches::Stretch;
 
-/// How finely a segment is checked.
+/// Resolution of the check of a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SegmentOptions {
-    /// Where bodies come nearer than about this \[m\] to losing the clearance, nothing may be
-    /// proved; and a contact is enclosed in a stretch in which bodies that may collide there move
-    /// by about this relative to each other at most. At least [`LEAST_RESOLUTION`]; less counts as
-    /// that.
+    /// Length \[m\] to which contacts are located. Bodies that come within about this of losing the
+    /// clearance may leave a segment undecided. A contact is enclosed in a stretch along which the
+    /// bodies that may collide move by at most about this relative to each other. Smaller values
+    /// than [`LEAST_RESOLUTION`] count as that.
     pub resolution: f64,
 }
 
 setters! { SegmentOptions { resolution: f64 } }
 
 impl Default for SegmentOptions {
-    /// A tenth of a millimetre.
+    /// A resolution of 0.1 mm.
     fn default() -> Self {
         Self { resolution: 1e-4 }
     }
 }
 
-/// What is known of a segment. Fractions are those of [`crate::cspace::ConfigSpace::interpolate`].
+/// Result of a segment check. Fractions are those of [`crate::cspace::ConfigSpace::interpolate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum SegmentOutcome {
-    /// Every configuration of the segment is free: proved.
+    /// Proved: every configuration of the segment is free.
     Free,
-    /// It meets a collision.
+    /// The segment meets a collision.
     Contact {
-        /// Every configuration up to this fraction is free: proved. 0 where the first one collides.
+        /// Proved: every configuration up to this fraction is free. It is 0 if the first one
+        /// collides.
         free_until: f64,
-        /// [`Checker::label`] says that the configuration at this fraction collides. From
-        /// `free_until` to here the bodies that may collide move by at most about the resolution
-        /// relative to each other.
+        /// [`Checker::label`] calls the configuration at this fraction colliding. From `free_until`
+        /// to here, the bodies that may collide move by at most about the resolution relative to
+        /// each other.
         colliding_at: f64,
         /// A pair that collides there; see [`Scene::pair_names`].
         pair: PairId,
     },
-    /// Two bodies come so near to losing the clearance that neither was found: no proof, and no
-    /// collision next to where it ends. Or the motion is so long beside the resolution that a
-    /// hundred thousand stretches did not prove it, or a budget ended the proof.
+    /// There is no proof, and no collision was found next to where the proof ends. Two bodies come
+    /// too near to losing the clearance, 262,144 stretches did not suffice for so long a motion, or
+    /// a budget ended the proof.
     Undecided {
-        /// Every configuration up to this fraction is free: proved.
+        /// Proved: every configuration up to this fraction is free.
         free_until: f64,
-        /// Where one pair is within the resolution of losing the clearance, or where the proof was
-        /// given up.
+        /// Fraction at which a pair is within the resolution of losing the clearance, or at which
+        /// the proof was given up.
         near_at: f64,
-        /// That pair, or one that is not proved there; see [`Scene::pair_names`].
+        /// The pair, or one that is not proved there; see [`Scene::pair_names`].
         pair: PairId,
     },
 }
@@ -77,7 +78,7 @@ pub fn segment(
     segment_within(checker, (from, to), options, &SegmentBudget::UNLIMITED, scratch)
 }
 
-/// See [`Checker::segment`]; given up where the budget ends.
+/// See [`Checker::segment`]; the proof is given up if the budget ends.
 pub fn segment_within(
     checker: &Checker,
     (from, to): (&[f64], &[f64]),
@@ -120,8 +121,8 @@ impl Search<'_> {
                 colliding = Some((middle, found));
                 self.own.stretches.clear();
             }
-            // Motion that no number between the ends can halve any more.
-            let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
+            // Stop at the least length, and if no number lies between the ends.
+            let finest = (to - from) * speed <= MIN_STRETCH_SHARE * resolution || middle <= from || middle >= to;
             if self.is_spent() {
                 return SegmentOutcome::Undecided { free_until: from, near_at: middle, pair: PairId::new(pair) };
             }
@@ -137,7 +138,7 @@ impl Search<'_> {
         SegmentOutcome::Free
     }
 
-    /// What to say where a stretch of the least length is not proved.
+    /// Chooses the outcome after a stretch of the least length is not proved.
     fn end(
         &mut self,
         stretch: &Stretch,
@@ -146,14 +147,15 @@ impl Search<'_> {
         resolution: f64,
     ) -> SegmentOutcome {
         let free_until = stretch.from;
-        // The speed is bounded within the stretch; just outside it may grow a little.
+        // The bound on the speed holds within the stretch; just outside, the speed may be a little
+        // higher.
         let reach = free_until + 0.9 * resolution / speed;
         let contact =
             |(colliding_at, pair)| SegmentOutcome::Contact { free_until, colliding_at, pair: PairId::new(pair) };
         if let Some(found) = colliding.filter(|(at, _)| *at <= reach) {
             return contact(found);
         }
-        let steps = (1.0 / FINEST) as u32;
+        let steps = (1.0 / MIN_STRETCH_SHARE) as u32;
         for step in 1..=steps {
             let at = free_until + (reach.min(1.0) - free_until) * f64::from(step) / f64::from(steps);
             if let Some(pair) = self.colliding(at) {

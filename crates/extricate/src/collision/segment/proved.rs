@@ -1,28 +1,29 @@
-//! Whether a segment whose first end is free can be proved free, for callers who try many: what
-//! fails is to fail soon, wherever it meets a collision.
+//! Proofs that a segment with a free first end is free, for callers that try many segments. The
+//! search fails early, wherever the segment meets a collision.
 
-use super::search::{FINEST, LEAST_RESOLUTION, Search, SegmentBudget};
+use super::search::{LEAST_RESOLUTION, MIN_STRETCH_SHARE, Search, SegmentBudget};
 use super::stretches::Stretch;
 use crate::collision::checker::{CheckScratch, Checker};
 
-/// What a proof came to.
+/// Result of a proof.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Proved {
-    /// Whether every configuration of the segment is free: proved.
+    /// Whether every configuration of the segment is proved free.
     pub is_free: bool,
-    /// Configurations at which distances or collisions were evaluated.
+    /// Number of configurations at which distances or collisions were evaluated.
     pub checks: usize,
 }
 
-/// Whether every configuration of the geodesic is free, where the first is known to be.
+/// Whether every configuration of the geodesic is proved free. The first one must be known to be
+/// free.
 ///
 /// # Guarantee
-/// That of [`Checker::segment`] where it says free. `false` says nothing: a collision was met, two
+/// `true` is proved as in [`Checker::segment`]. `false` proves nothing: a collision was met, two
 /// bodies come within about `resolution` \[m\] of losing the clearance, or the budget ended.
 ///
 /// # Cost
-/// Stretches are halved breadth first, so a collision in the middle of a long segment costs a few
-/// evaluations, not a proof of all that is before it.
+/// Stretches are halved breadth first. A collision in the middle of a long segment then costs a few
+/// evaluations, not a proof of all that comes before it.
 pub fn prove(
     checker: &Checker,
     (from, to): (&[f64], &[f64]),
@@ -61,7 +62,7 @@ impl Search<'_> {
                 let pair = self.own.pairs[k] as usize;
                 self.checker.pair_collides(pair, self.scratch)
             });
-            let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
+            let finest = (to - from) * speed <= MIN_STRETCH_SHARE * resolution || middle <= from || middle >= to;
             if collides || finest || at >= self.budget.stretches || self.is_spent() {
                 return false;
             }
@@ -107,7 +108,7 @@ mod tests {
         assert!(both > 40 && neither > 40, "{both} {neither}");
     }
 
-    /// A long edge takes many evaluations; a budget ends it after those that it allows.
+    /// A long edge takes many evaluations, and a budget ends the proof after the permitted ones.
     #[test]
     fn a_budget_ends_a_proof() {
         let checker = Checker::new(builtin::scene("planar-arm").unwrap().into());
@@ -136,8 +137,8 @@ mod tests {
         }
     }
 
-    /// Where pairs may overlap as deeply as at one configuration, that is all that is free there
-    /// and is not elsewhere.
+    /// With floors below zero, pairs may overlap to the depth that they have at one configuration.
+    /// Exactly the configurations within these depths are free.
     #[test]
     fn floors_below_zero_are_depths() {
         for name in builtin::NAMES {

@@ -1,38 +1,39 @@
-//! What every search along a segment does: it places configurations, and tells which pairs are
-//! proved apart all along a stretch.
+//! Steps that every search along a segment shares: placing configurations, and finding the pairs
+//! that are not proved apart along a stretch.
 
 use super::stretches::{SegmentScratch, Stretch};
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::kinematics::ball_speeds;
 
-/// Finest resolution of segments \[m\]: below it, what exact tests err by counts.
+/// Finest resolution of segments \[m\]; below it, the errors of the exact tests would matter.
 pub const LEAST_RESOLUTION: f64 = 1e-5;
 
-/// Least part of the resolution that stretches are cut to. A contact is met at an angle, so the
-/// last proved stretch ends some lengths of a stretch before it: there is room for sixteen.
-pub const FINEST: f64 = 1.0 / 16.0;
+/// Share of the resolution down to which stretches are halved. Contacts at an oblique angle end the
+/// last proved stretch several stretch lengths early; this leaves room for sixteen.
+pub const MIN_STRETCH_SHARE: f64 = 1.0 / 16.0;
 
-/// Stretches after which a proof is given up. Motions of metres take some thousands; bodies of a
-/// million kilometres would take years.
-pub const MOST_STRETCHES: usize = 1 << 18;
+/// Stretches after which a proof is given up. Motions of metres take some thousands; motions of
+/// bodies as large as a million kilometres would take years.
+pub const MAX_STRETCHES: usize = 1 << 18;
 
-/// More than exact tests err by \[m\]: what is proved here is not called colliding there.
-const SLACK: f64 = 2e-7;
+/// Margin \[m\] above the error of the exact tests, so that they never call a proved configuration
+/// colliding.
+const TEST_MARGIN_M: f64 = 2e-7;
 
-/// How long a proof goes on.
+/// Limits of a proof.
 pub struct SegmentBudget<'a> {
-    /// Stretches after which it is given up.
+    /// Number of stretches after which the proof is given up.
     pub stretches: usize,
-    /// Whether the caller's budget is spent, if the proof has evaluated so many configurations.
+    /// Returns whether the caller's budget is spent, given the number of configurations evaluated
+    /// so far.
     pub is_spent: &'a dyn Fn(usize) -> bool,
 }
 
 impl SegmentBudget<'_> {
-    /// As long as a proof takes.
-    pub const UNLIMITED: Self = Self { stretches: MOST_STRETCHES, is_spent: &|_| false };
+    /// No limit but that of the stretches.
+    pub const UNLIMITED: Self = Self { stretches: MAX_STRETCHES, is_spent: &|_| false };
 }
 
-/// One search along a segment.
 pub struct Search<'a> {
     pub checker: &'a Checker,
     pub from: &'a [f64],
@@ -43,12 +44,11 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Whether the caller's budget ends the proof here.
     pub fn is_spent(&self) -> bool {
         (self.budget.is_spent)(self.own.checks)
     }
 
-    /// One stretch, and all pairs.
+    /// Starts with one stretch and all pairs.
     pub fn begin(&mut self) {
         let SegmentScratch { stretches, pairs, .. } = &mut *self.own;
         pairs.clear();
@@ -57,9 +57,9 @@ impl Search<'_> {
         stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
     }
 
-    /// Puts the pairs that are not proved apart all along a stretch behind all others, and
-    /// everything in its middle; gives the one of them that may move fastest, and its speed [m per
-    /// segment].
+    /// Places all bodies at the middle of a stretch, and appends the pairs that are not proved
+    /// apart along it to the list of pairs. Returns the pair of them that may move fastest, and its
+    /// speed \[m per segment\].
     pub fn unproved(&mut self, stretch: &Stretch) -> Option<(usize, f64)> {
         let checker = self.checker;
         let half = 0.5 * (stretch.to - stretch.from);
@@ -76,8 +76,9 @@ impl Search<'_> {
             let index = pairs[at] as usize;
             let [a, b] = checker.paths.pairs[index];
             let speed = speeds[a] + speeds[b];
-            // Where the two do not move against each other, the middle stands for all.
-            let need = if speed > 0.0 { half * speed + SLACK } else { 0.0 };
+            // If the two do not move relative to each other, the middle decides for the whole
+            // stretch.
+            let need = if speed > 0.0 { half * speed + TEST_MARGIN_M } else { 0.0 };
             let limit = checker.clearance_of(index) + need;
             let pair = &checker.pairs[index];
             let centers = &self.scratch.placement.centers;
@@ -100,11 +101,11 @@ impl Search<'_> {
         self.checker.place(&self.own.q, self.scratch);
     }
 
-    /// A pair that collides at a fraction of the segment.
+    /// Finds a pair that collides at a fraction of the segment.
     pub fn colliding(&mut self, at: f64) -> Option<usize> {
         self.place(at);
         self.checker.find_near(self.checker.most_clearance, self.scratch);
-        // In order of the pairs: which one is named does not depend on what was asked before.
+        // Check pairs in order, so that the pair named does not depend on earlier checks.
         let mut near = std::mem::take(&mut self.scratch.broad.pairs);
         near.sort_unstable();
         let found = near.iter().map(|&p| p as usize).find(|&pair| self.checker.pair_collides(pair, self.scratch));

@@ -1,15 +1,15 @@
-//! Where the bounds on the speeds of two bodies stand among those of all.
+//! Indices of the bounds on the relative speeds of pairs of bodies in the list of all speed bounds.
 
 use crate::scene::Scene;
 
-/// Where the bounds on the speeds of two bodies stand, seen from their nearest common frame.
+/// Indices of speed bounds of checked pairs, each relative to the nearest common frame of its
+/// bodies.
 pub struct SpeedPaths {
-    /// Of each checked pair.
+    /// Two indices for each checked pair.
     pub pairs: Vec<[usize; 2]>,
 }
 
 impl SpeedPaths {
-    /// For all bodies and checked pairs.
     pub fn new(scene: &Scene) -> Self {
         let path = |body: usize| {
             let mut frames = vec![scene.bodies[body].frame];
@@ -35,8 +35,8 @@ impl SpeedPaths {
     }
 }
 
-/// How many frames two paths to the world have in common, which are their last ones: at least the
-/// world. By bisection, because chains may be thousands of frames long, and their pairs millions.
+/// Number of last frames that two paths to the world share, at least the world itself. Found by
+/// bisection, because chains may have thousands of frames and scenes millions of pairs.
 fn shared_end(a: &[usize], b: &[usize]) -> usize {
     let (mut shared, mut most) = (1, a.len().min(b.len()));
     while shared < most {
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn paths_share_what_is_behind_the_frame_where_they_meet() {
-        // A tree at random: every frame hangs on an earlier one.
+        // A random tree: the parent of every frame comes earlier.
         let parents: Vec<usize> = (0..200).map(|frame: usize| frame.saturating_sub(1 + frame * frame % 7)).collect();
         let path = |frame: usize| {
             let mut path = vec![frame];

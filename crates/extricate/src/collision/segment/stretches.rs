@@ -1,31 +1,31 @@
-//! Memory that checks of segments reuse.
+//! Memory of segment checks, and the stretches that they divide a segment into.
 
 /// Memory that checks of segments reuse.
 #[derive(Debug, Default)]
 pub struct SegmentScratch {
-    /// A configuration of the segment.
     pub q: Vec<f64>,
-    /// How fast tangent coordinates change along the segment.
+    /// Rates of the tangent coordinates along the segment.
     pub rates: Vec<f64>,
-    /// Bounds on the speeds of bodies \[m per segment\], body after body along its path.
+    /// Bounds on the speeds of bodies \[m per segment\], body after body, frame after frame along
+    /// its path to the world.
     pub speeds: Vec<f64>,
-    /// Those not proved yet, earlier ones last.
+    /// Stretches to prove: a stack with the earliest on top, or a queue in a breadth-first proof.
     pub stretches: Vec<Stretch>,
-    /// Pairs of stretches, those of later ones after those of earlier ones.
+    /// Pairs of all stretches, in the order in which the stretches were divided.
     pub pairs: Vec<u32>,
-    /// Configurations at which the last segment was evaluated.
+    /// Number of configurations evaluated for the last segment.
     pub checks: usize,
 }
 
-/// A part of the segment and the pairs that are not yet proved apart all along it.
+/// A part of the segment and the pairs that are not yet proved apart along all of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Stretch {
-    /// Fraction of the segment where it begins.
+    /// Fraction of the segment at which it begins.
     pub from: f64,
-    /// Fraction of the segment where it ends.
+    /// Fraction of the segment at which it ends.
     pub to: f64,
-    /// Its first pair in the list of pairs.
+    /// Index of its first pair in the list of pairs.
     pub first: usize,
-    /// Behind its last pair there.
+    /// Index after its last pair.
     pub last: usize,
 }

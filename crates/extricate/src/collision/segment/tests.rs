@@ -1,4 +1,4 @@
-//! Segments against closed forms and dense samples.
+//! Segment checks against closed forms and dense samples.
 
 use crate::collision::{CheckScratch, Checker, SegmentOptions, SegmentOutcome};
 use crate::cspace::sampling::Halton;
@@ -10,7 +10,7 @@ use crate::scene::{Body, BodyPair, Coordinate, Frame, MetricKind, Motion, Part, 
 
 const CLEARANCE: f64 = 1e-3;
 
-/// One joint that carries a shape, and one obstacle.
+/// Makes a scene with one joint that carries a shape, and one obstacle.
 fn one_joint(turns: bool, carried: (Vec3, Geometry), obstacle: (Vec3, Geometry)) -> Checker {
     let mut space = ConfigSpace::default();
     let (q, v) = space.push("j", Manifold::Interval { lower: -3.0, upper: 3.0 }, 1.0);
@@ -49,8 +49,8 @@ fn ask(checker: &Checker, from: f64, to: f64) -> SegmentOutcome {
     checker.segment(&[from], &[to], &SegmentOptions::default(), &mut CheckScratch::default())
 }
 
-/// Asserts a contact where the coordinate reaches `exact`, met at a speed of `speed` \[m\] a unit
-/// of it.
+/// Asserts a contact at coordinate `exact`, met at a speed of `speed` \[m\] per unit of the
+/// coordinate.
 fn assert_meets(checker: &Checker, from: f64, to: f64, exact: f64, speed: f64) {
     let SegmentOutcome::Contact { free_until, colliding_at, pair } = ask(checker, from, to) else {
         panic!("{:?}", ask(checker, from, to));
@@ -71,7 +71,7 @@ fn a_box_that_slides_meets_a_box_where_it_should() {
     assert_eq!(ask(&checker, -3.0, 0.69), SegmentOutcome::Free);
     assert_eq!(ask(&checker, 0.5, 0.5), SegmentOutcome::Free);
     assert!(matches!(ask(&checker, 0.9, 2.0), SegmentOutcome::Contact { free_until: 0.0, colliding_at: 0.0, .. }));
-    // Past a wall beside the way: nothing to meet, nothing to be seen, and too near to say.
+    // Past a wall beside the path: clearly free, clearly in contact, and too near to decide.
     for (beside, found) in [(2e-4, "Free"), (-2e-4, "Contact"), (1e-6, "Undecided")] {
         let checker = slider((Vec3::new(1.0, 0.4 + CLEARANCE + beside, 0.0), cuboid(0.2, 0.3, 0.3)));
         let outcome = ask(&checker, -1.0, 3.0);
@@ -113,7 +113,6 @@ fn nothing_that_dense_samples_find_is_called_free() {
         for k in 0.. {
             halton.config(space, 2 * k, &mut a);
             halton.config(space, 2 * k + 1, &mut q);
-            // Long ones and short ones.
             space.interpolate(&a, &q, [1.0, 0.3, 0.05][k as usize % 3], &mut b);
             if checker.label(&a, &mut scratch) == Label::Colliding {
                 continue;

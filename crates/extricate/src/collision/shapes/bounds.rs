@@ -1,32 +1,32 @@
-//! Boxes and balls around shapes, and lower bounds on how far apart two of them are. Never says
-//! that shapes touch.
+//! Bounding boxes and balls, and lower bounds on the distance of two of them. They never prove that
+//! shapes touch.
 
 use crate::math::{Mat3, Pose, Vec3};
 
 /// An axis-aligned box \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
-    /// Its centre.
+    /// Centre of the box.
     pub center: Vec3,
     /// Half of each side, rounded up.
     pub half: Vec3,
 }
 
 impl Aabb {
-    /// Its eight corners.
+    /// Returns the eight corners.
     pub fn corners(&self) -> [Vec3; 8] {
         let side = |k: usize, i: usize| if k >> i & 1 == 1 { self.half[i] } else { -self.half[i] };
         std::array::from_fn(|k| self.center + Vec3::from_fn(|i, _| side(k, i)))
     }
 
-    /// The box from `lower` to `upper`, widened by what rounding may have taken.
+    /// The box from `lower` to `upper`, widened to cover rounding.
     pub fn between(lower: &Vec3, upper: &Vec3) -> Self {
         let center = (lower + upper) * 0.5;
         let half = (upper - center).sup(&(center - lower));
         Self { center, half: half + (center.abs() + half) * (4.0 * f64::EPSILON) }
     }
 
-    /// The least box around `points`, of which there must be one at least.
+    /// The least box around `points`, of which at least one is required.
     pub fn around<'a>(points: impl Iterator<Item = &'a Vec3>) -> Self {
         let (lower, upper) = points.fold(EMPTY, |(lower, upper), p| (lower.inf(p), upper.sup(p)));
         Self::between(&lower, &upper)
@@ -39,33 +39,32 @@ impl Aabb {
     }
 }
 
-/// Lower and upper corner of no points at all.
+/// Lower and upper corner of an empty set of points.
 pub const EMPTY: (Vec3, Vec3) = (
     Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
     Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
 );
 
-/// What rounding may take from a gap \[m\] in scenes of some metres: boxes must not part what exact
-/// tests call near.
+/// Rounding error \[m\] of a gap in scenes of some metres. Boxes must not separate shapes that
+/// exact tests call near.
 pub const ROUNDING: f64 = 1e-12;
 
 /// The pose of frame `b` in frame `a`, prepared for many box tests.
 #[derive(Debug, Clone, Copy)]
 pub struct Relative {
-    /// Maps `b` to `a`.
+    /// Maps frame `b` to frame `a`.
     pub pose_a_b: Pose,
-    /// Absolute values of its rotation, rounded up: axes that are nearly parallel then part
-    /// nothing.
+    /// Absolute values of the rotation, rounded up so that nearly parallel axes separate nothing.
     absolute: Mat3,
 }
 
 impl Relative {
-    /// Prepares `pose_a_b`.
+    /// Prepares `pose_a_b` for box tests.
     pub fn new(pose_a_b: Pose) -> Self {
         Self { pose_a_b, absolute: pose_a_b.rotation.abs().add_scalar(1e-15) }
     }
 
-    /// From the poses of both frames in a third one.
+    /// Relative pose from the poses of both frames in a third one.
     pub fn between(pose_w_a: &Pose, pose_w_b: &Pose) -> Self {
         let rotation = pose_w_a.rotation.tr_mul(&pose_w_b.rotation);
         let translation = pose_w_a.inverse_vector(&(pose_w_b.translation - pose_w_a.translation));
@@ -89,8 +88,8 @@ impl Relative {
         if positive_squared(&(rotation.tr_mul(&t).abs() - b.half - self.absolute.tr_mul(&a.half))) > squared {
             return true;
         }
-        // The cross products are shorter than unit where axes lean toward each other, so `margin`
-        // asks too much: safe.
+        // Cross products of nearly parallel axes are shorter than unit length. Using the full
+        // `margin` for them is conservative.
         let (r, m) = (rotation, &self.absolute);
         for i in 0..3 {
             let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
@@ -106,8 +105,8 @@ impl Relative {
         false
     }
 
-    /// Lower bound \[m\] on the signed distance of what the boxes hold; negative where they overlap
-    /// along all face axes.
+    /// Lower bound \[m\] on the signed distance of the contents of two boxes; negative if they
+    /// overlap along all face axes.
     pub fn lower_bound(&self, a: &Aabb, b: &Aabb) -> f64 {
         let t = self.pose_a_b.point(&b.center) - a.center;
         let in_a = t.abs() - a.half - self.absolute * b.half;
@@ -121,14 +120,14 @@ fn positive_squared(gaps: &Vec3) -> f64 {
     gaps.sup(&Vec3::zeros()).norm_squared()
 }
 
-/// A ball around points: `(centre, radius)` \[m\], a few per cent larger than the least one.
+/// Bounding ball of points: `(centre, radius)` \[m\], a few per cent larger than the least one.
 ///
 /// # Source
 /// M. Badoiu and K. L. Clarkson, "Smaller core-sets for balls", SODA 2003: step toward the farthest
 /// point by 1/(i+1).
 pub fn bounding_ball(points: &[Vec3]) -> (Vec3, f64) {
     let mut center = Aabb::around(points.iter()).center;
-    // Of equally far ones the last.
+    // The last of several equally far points.
     let farthest = |center: &Vec3| {
         let mut found = (f64::NEG_INFINITY, center);
         for point in points {

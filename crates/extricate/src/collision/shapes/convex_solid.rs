@@ -1,43 +1,43 @@
-//! A convex solid as checks take it: its support function, and how deep points lie in it. No box
-//! around it, no pairs.
+//! A convex solid for checks: its support function, and the depth of points in it. No bounding box,
+//! no pairs.
 
 use super::convex::{ConvexCore, ConvexShape};
 use crate::collision::convex_distance;
 use crate::math::elementary::hypot;
 use crate::math::{Pose, Vec3};
 
-/// A convex solid.
+/// A convex solid with the planes of its faces.
 #[derive(Debug, Clone)]
 pub struct ConvexSolid {
-    /// Its support function.
+    /// Shape with its support function.
     pub shape: ConvexShape,
     /// Unit outward normals and offsets of a hull's faces: `normal . x <= offset` inside.
     planes: Vec<(Vec3, f64)>,
 }
 
 impl ConvexSolid {
-    /// A solid that is only asked for its support: depths of points in a hull need planes.
+    /// Makes a solid without planes. Depths of points in a hull need planes; support points do not.
     pub fn without_planes(shape: ConvexShape) -> Self {
         Self { shape, planes: Vec::new() }
     }
 
-    /// A hull, and the planes that it lies behind.
+    /// Makes a hull with the planes of its faces.
     pub fn with_planes(shape: ConvexShape, planes: Vec<(Vec3, f64)>) -> Self {
         Self { shape, planes }
     }
 
-    /// Unit outward normals and offsets of planes that a hull lies behind; none for other shapes.
+    /// Unit outward normals and offsets of a hull's faces; empty for other shapes.
     pub fn planes(&self) -> &[(Vec3, f64)] {
         &self.planes
     }
 
-    /// Whether depths are known in closed form everywhere, without a loop.
+    /// Whether depths have a closed form everywhere, without a loop.
     pub fn is_primitive(&self) -> bool {
         !matches!(self.shape.core, ConvexCore::Triangle(_) | ConvexCore::Hull(_) | ConvexCore::Prism { .. })
     }
 
     /// Signed depth \[m\] of `point`: positive inside, minus the distance outside. In closed form
-    /// but for points outside a hull.
+    /// except outside a hull.
     pub fn depth(&self, point: &Vec3) -> f64 {
         let core = match &self.shape.core {
             ConvexCore::Point => -point.norm(),
@@ -56,8 +56,8 @@ impl ConvexSolid {
         core + self.shape.radius
     }
 
-    /// Of a point in a core that has faces, the depth \[m\] below the nearest of them and its
-    /// outward normal; `None` outside, and where faces are not known.
+    /// Depth \[m\] of a point in a core below the nearest face, and the outward normal of that
+    /// face. `None` outside, and if the faces are unknown.
     pub fn nearest_face(&self, point: &Vec3) -> Option<(f64, Vec3)> {
         let along = |axis: usize| Vec3::ith(axis, 1.0f64.copysign(point[axis]));
         let (depth, normal) = match &self.shape.core {
@@ -96,7 +96,7 @@ impl ConvexSolid {
     }
 }
 
-/// Depth of a point in a product of intervals, from how far it is beyond each.
+/// Depth of a point in a product of intervals; `beyond` is its distance past the end of each.
 pub fn slab_depth(beyond: Vec3) -> f64 {
     let outside = beyond.sup(&Vec3::zeros()).norm();
     if outside > 0.0 { -outside } else { -beyond.max() }

@@ -1,20 +1,21 @@
-//! Balls inside solids, whose overlap proves that the solids overlap. Never says that solids are
-//! apart.
+//! Balls inside solids, the overlap of which proves that the solids overlap. They never prove that
+//! solids are apart.
 
 use super::{ConvexSolid, Shape, ShapeKind};
 use crate::math::{LANES, Pose, Vec3, vectorized};
 
-/// Grid cells along the longest side of a box in which balls are looked for.
-const GRID: usize = 10;
-/// What an overlap must exceed \[m\] before it decides: more than the exact tests err by, so that
-/// they would decide alike.
-const CLEARLY: f64 = 1e-8;
+/// Cells along the longest side of a box in the grid that is searched for balls.
+const MAX_GRID_CELLS: usize = 10;
+/// Overlap \[m\] from which balls decide. It exceeds the error of the exact tests, so that they
+/// would agree.
+const OVERLAP_MARGIN_M: f64 = 1e-8;
 
 /// Up to eight balls inside a shape, in its frame, largest first.
 #[derive(Debug, Clone)]
 pub struct InnerSpheres {
     centers: [[f64; LANES]; 3],
-    /// \[m\]; so far below 0 in unused lanes that no sum with another radius is above it.
+    /// Radii \[m\]. In unused lanes they are so far below 0 that no sum with another radius is
+    /// positive.
     radii: [f64; LANES],
     count: usize,
 }
@@ -45,14 +46,14 @@ impl InnerSpheres {
     }
 }
 
-/// The largest balls in a solid, at most `most`, largest first, each with its centre well outside
-/// the others: `(centre, radius)` \[m\]. `depth` is that of a point in the solid; centres are
-/// looked for on a grid between two corners.
+/// Largest balls in a solid, at most `most`, largest first: `(centre, radius)` \[m\]. Two centres
+/// are farther apart than 0.7 radii of the larger ball. `depth` returns the depth of a point in the
+/// solid. Centres lie on a grid between two corners.
 pub fn largest_balls(low: &Vec3, high: &Vec3, most: usize, mut depth: impl FnMut(&Vec3) -> f64) -> Vec<(Vec3, f64)> {
     let size = high - low;
-    let cell = size.max() / GRID as f64;
-    // Of sizes near the least number the quotient is anything.
-    let cells = |axis: usize| ((size[axis] / cell).ceil() as usize).clamp(1, GRID);
+    let cell = size.max() / MAX_GRID_CELLS as f64;
+    // The quotient is arbitrary for sizes near the least number.
+    let cells = |axis: usize| ((size[axis] / cell).ceil() as usize).clamp(1, MAX_GRID_CELLS);
     let (nx, ny, nz) = (cells(0), cells(1), cells(2));
     let mut inside = Vec::new();
     for at in 0..nx * ny * nz {
@@ -76,9 +77,9 @@ pub fn largest_balls(low: &Vec3, high: &Vec3, most: usize, mut depth: impl FnMut
     chosen
 }
 
-/// Whether the signed distance of two solids is proved to be below `limit` \[m\] (at least 0):
-/// balls in them come that near, or a ball in one comes that near to the other, whose depth is
-/// known in closed form.
+/// Whether the signed distance of two solids is proved below `limit` \[m\] (at least 0). Balls in
+/// both must come that near. If the depth in one solid has a closed form, a ball in the other must
+/// come that near to it.
 pub fn proves_nearer(
     (a, in_a): (&Shape, &InnerSpheres),
     (b, in_b): (&Shape, &InnerSpheres),
@@ -100,14 +101,14 @@ pub fn proves_nearer(
 }
 
 fn reaches(solid: &ConvexSolid, center: &Vec3, radius: f64, limit: f64) -> bool {
-    solid.depth(center) + radius + limit > CLEARLY
+    solid.depth(center) + radius + limit > OVERLAP_MARGIN_M
 }
 
 #[inline(always)]
 fn some_overlap(a: &InnerSpheres, b: &InnerSpheres, pose_a_b: &Pose, limit: f64) -> bool {
     for (center, radius) in b.iter() {
         let [x, y, z] = pose_a_b.point(&center).into();
-        let more = radius + limit - CLEARLY;
+        let more = radius + limit - OVERLAP_MARGIN_M;
         let mut gap = f64::INFINITY;
         for lane in 0..LANES {
             let offset = [a.centers[0][lane] - x, a.centers[1][lane] - y, a.centers[2][lane] - z];

@@ -1,26 +1,25 @@
-//! A mesh prepared for checks: its tree, and which of its components bound a solid. One mesh, no
-//! pairs.
+//! A mesh prepared for checks: its tree, and which of its components bound a solid. No pairs.
 
 use super::bvh::{Bvh, Nearest, TreeLayout, build};
 use crate::collision::narrow_phase::containment::{Inside, is_inside};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
-/// A mesh with its tree. Components without triangles are dropped; triangles of closed ones face
-/// out of the solid, as those of the mesh do.
+/// A mesh with its tree. Components without triangles are dropped. Triangles of closed components
+/// face out of the solid, as in the mesh.
 #[derive(Debug, Clone)]
 pub struct MeshShape {
-    /// One group for each solid, which is a closed component with its cavities, and one for all
-    /// triangles of open ones.
+    /// Tree with one group for each solid and one for all triangles of open components. A solid is
+    /// a closed component with its cavities.
     pub tree: Bvh,
-    /// Whether each group is closed: a solid by itself, also within another one. Open ones are
-    /// surfaces.
+    /// Whether each group is closed. A closed group is a solid by itself, even within another one;
+    /// an open group is a surface.
     pub closed: Vec<bool>,
-    /// How each group tells what is in it.
+    /// Rule of each solid for points inside it.
     insides: Vec<Inside>,
-    /// A vertex of each component.
+    /// One vertex of each component.
     pub representatives: Vec<Vec3>,
-    /// Every vertex that a triangle uses.
+    /// All vertices that triangles use.
     pub vertices: Vec<Vec3>,
 }
 
@@ -30,7 +29,7 @@ impl MeshShape {
         Self::with_tree(mesh, |groups| Some(build(groups))).expect("a tree can be built of any triangles")
     }
 
-    /// The same, with a tree as `layout` has it; `None` where that does not fit the mesh.
+    /// Prepares `mesh` with a tree from `layout`; `None` if that does not fit.
     pub fn with_layout(mesh: &TriangleMesh, layout: TreeLayout) -> Option<Self> {
         Self::with_tree(mesh, |groups| Bvh::with_layout(groups, layout))
     }
@@ -79,8 +78,8 @@ impl MeshShape {
             && (0..self.insides.len()).any(|c| is_inside(&self.tree, (c, self.insides[c]), point, stack))
     }
 
-    /// Depth \[m\] of `point` below the surface of the solid that holds it deepest, and the nearest
-    /// point of that surface; `None` where it is nowhere deeper than `floor` >= 0.
+    /// Depth \[m\] of `point` in the solid that contains it deepest, and the nearest point of its
+    /// surface. `None` if the depth does not exceed `floor` >= 0.
     pub fn depth_inside(&self, point: &Vec3, floor: f64, stack: &mut Vec<(f64, u32)>) -> Option<(f64, Vec3)> {
         let mut best = None;
         let mut floor_squared = floor * floor;
@@ -100,8 +99,9 @@ impl MeshShape {
         best
     }
 
-    /// Signed depth \[m\] of `point` in the union of the solids: at least that in the deepest one;
-    /// outside minus the distance to the nearest triangle. `None` where it is not above `least`.
+    /// Signed depth \[m\] of `point`, if above `least`. Inside, it is the depth in the deepest
+    /// solid, a lower bound of that in the union of all. Outside, it is minus the distance to the
+    /// nearest triangle.
     pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
         if let Some((depth, _)) = self.depth_inside(point, least.max(0.0), stack) {
             return Some(depth);
@@ -149,7 +149,8 @@ mod tests {
         assert!((depth(3.0) + 0.48).abs() < 1e-12, "an open box holds nothing: {}", depth(3.0));
     }
 
-    /// Boxes wound as a file may have them, and how often they wind around a point in all.
+    /// Boxes with either winding, as files may have them, and the total winding number around a
+    /// point.
     fn nest(boxes: &[(Vec3, Vec3, bool)]) -> (MeshShape, impl Fn(&Vec3) -> i32) {
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
         for (center, half, outward) in boxes {
@@ -178,7 +179,7 @@ mod tests {
         (MeshShape::new(&TriangleMesh::new(vertices, triangles)), winding)
     }
 
-    /// Distance from the sides of boxes, as far as they are there.
+    /// Distance to the nearest side of any box.
     fn from_sides(p: &Vec3, boxes: &[(Vec3, Vec3, bool)]) -> f64 {
         let from = |(center, half, _): &(Vec3, Vec3, bool)| {
             let beyond = (p - center).abs() - half;
@@ -198,8 +199,8 @@ mod tests {
             at(0.2, 0.5, false),
             at(0.25, 0.4, true),
             at(0.3, 0.2, false),
-            // Another solid that overlaps the outermost wall from without and stands in the first
-            // cavity.
+            // Another solid that overlaps the outermost wall from outside and reaches into the
+            // first cavity.
             (Vec3::new(0.0, -1.0, 0.0), Vec3::new(0.1, 0.2, 0.1), true),
         ];
         let (shape, winding) = nest(&boxes);
@@ -213,8 +214,8 @@ mod tests {
             assert_eq!(shape.holds(&p, stack), winding(&p) > 0, "{p}");
             if winding(&p) > 0 {
                 held += 1;
-                // In a solid of its own at least as deep as from the nearest side of all; never
-                // deeper than from the air.
+                // The depth is at least the distance to the nearest side of all. A ball of this
+                // radius never reaches free space.
                 assert!(depth >= nearest - 1e-12, "{p} {depth} {nearest}");
                 let air = (0..600).map(|k| {
                     let way = Vec3::new((k as f64).sin(), (k as f64 * 1.7).cos(), (k as f64 * 0.3).sin()).normalize();

@@ -1,5 +1,5 @@
-//! A part's geometry prepared for checks: a convex solid, a mesh or scenery, with a box and a ball
-//! around it.
+//! Geometry of a part, prepared for checks: a convex solid, a mesh or scenery, with a bounding box
+//! and a bounding ball.
 
 pub mod bounds;
 pub(crate) mod bvh;

@@ -1,5 +1,5 @@
-//! The geometry of a part as checks take it: a convex solid, a mesh or scenery, with a box and a
-//! ball around it. Nothing that is derived from it for proposals.
+//! Geometry of a part for checks: a convex solid, a mesh or scenery, with a bounding box and a
+//! bounding ball. Data for proposals is derived elsewhere.
 
 use super::bounds::{Aabb, bounding_ball};
 use super::bvh::TreeLayout;
@@ -15,36 +15,34 @@ use crate::robot::Geometry;
 /// A shape in its own frame.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// What it is.
+    /// Kind of shape, with its data.
     pub kind: ShapeKind,
-    /// The least box around it.
+    /// Bounding box in the frame of the shape.
     pub bounds: Aabb,
-    /// Centre and radius \[m\] of a ball around it.
+    /// Bounding ball: centre and radius \[m\].
     pub ball: (Vec3, f64),
 }
 
-/// The kinds that pairs are made of.
+/// Kinds of shapes that are checked against each other.
 #[derive(Debug, Clone)]
 pub enum ShapeKind {
-    /// A convex solid.
+    /// Convex solid with a support function.
     Convex(ConvexSolid),
-    /// Triangles.
+    /// Triangle mesh that is not known to be convex.
     Mesh(MeshShape),
-    /// What only obstacles have.
+    /// Shape that only obstacles have.
     Scenery(Scenery),
 }
 
-/// How far, relative to its size, a vertex may stand out of a face of a mesh that is still taken
-/// for its convex hull.
-const CONVEX_TOLERANCE: f64 = 1e-12;
-/// Meshes of more vertices are not asked whether they are convex: every face would be compared with
-/// every vertex, and where a support function walks over so many vertices a tree of triangles is as
-/// fast.
-const MOST_HULL_VERTICES: usize = 2048;
+/// Distance, as a share of its size, to which vertices may lie above faces of a mesh that still
+/// counts as convex.
+const CONVEX_TOLERANCE_SHARE: f64 = 1e-12;
+/// Meshes with more vertices are not tested for convexity, which compares every face with every
+/// vertex. For so many vertices, a tree of triangles is as fast as a support function.
+const MAX_HULL_VERTICES: usize = 2048;
 
 impl Shape {
-    /// Prepares `geometry`; `None` for a mesh without triangles, and for a cloud or grid that holds
-    /// nothing.
+    /// Prepares `geometry`; `None` for a mesh without triangles, and for an empty cloud or grid.
     pub fn new(geometry: &Geometry) -> Option<Self> {
         if geometry.is_scenery() {
             let (scenery, bounds, ball) = Scenery::new(geometry)?;
@@ -82,8 +80,7 @@ impl Shape {
         Some(Self { kind, bounds, ball: (Vec3::zeros(), radius * (1.0 + 1e-12)) })
     }
 
-    /// Prepares a mesh or the hull of one, with a tree as `layout` has it; `None` where that does
-    /// not fit.
+    /// Prepares a mesh or the hull of one with a tree from `layout`; `None` if that does not fit.
     pub fn with_layout(geometry: &Geometry, layout: TreeLayout) -> Option<Self> {
         let (Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh)) = geometry else { return None };
         Some(Self::of_mesh(MeshShape::with_layout(mesh, layout)?, geometry))
@@ -99,7 +96,7 @@ impl Shape {
         Self { kind, bounds, ball }
     }
 
-    /// The half-space that it is, if it is one.
+    /// Returns the half-space if the shape is one.
     pub fn half_space(&self) -> Option<&HalfSpace> {
         match &self.kind {
             ShapeKind::Scenery(Scenery::HalfSpace(half)) => Some(half),
@@ -116,7 +113,7 @@ impl Shape {
         }
     }
 
-    /// The same where it is above `least`, which may be told sooner.
+    /// Same as [`Shape::depth`] if above `least`, else `None`; often faster.
     pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
         match &self.kind {
             ShapeKind::Convex(solid) => Some(solid.depth(point)).filter(|depth| *depth > least),
@@ -128,8 +125,8 @@ impl Shape {
 
 fn is_convex(shape: &MeshShape, size: f64) -> bool {
     shape.closed == [true]
-        && shape.vertices.len() <= MOST_HULL_VERTICES
-        && all_triangles(shape).all(|t| shape.vertices.iter().all(|v| t.height(v) <= CONVEX_TOLERANCE * size))
+        && shape.vertices.len() <= MAX_HULL_VERTICES
+        && all_triangles(shape).all(|t| shape.vertices.iter().all(|v| t.height(v) <= CONVEX_TOLERANCE_SHARE * size))
 }
 
 fn all_triangles(shape: &MeshShape) -> impl Iterator<Item = Triangle> {

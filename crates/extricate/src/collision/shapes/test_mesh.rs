@@ -4,7 +4,7 @@ use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::mesh::Component;
 
-/// A ball of about radius 1 with random bumps: an octahedron, halved `level` times (8 x 4^level
+/// A ball of radius about 1 with random bumps: an octahedron, subdivided `level` times (8 x 4^level
 /// faces).
 pub fn bumpy(seed: u64, level: u32, bumps: f64) -> TriangleMesh {
     let mut vertices: Vec<Vec3> = [1.0, -1.0].iter().flat_map(|s| (0..3).map(move |k| Vec3::ith(k, *s))).collect();
@@ -31,7 +31,7 @@ pub fn bumpy(seed: u64, level: u32, bumps: f64) -> TriangleMesh {
     TriangleMesh::new(vertices, triangles)
 }
 
-/// A closed box.
+/// A closed box with half sides `half`.
 pub fn cuboid(center: Vec3, half: Vec3) -> TriangleMesh {
     let corner = |k: u32| Vec3::from_fn(|i, _| if k >> i & 1 == 1 { half[i] } else { -half[i] }) + center;
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -39,14 +39,14 @@ pub fn cuboid(center: Vec3, half: Vec3) -> TriangleMesh {
     TriangleMesh::new((0..8).map(corner).collect(), triangles)
 }
 
-/// A mesh without its last `count` triangles: open.
+/// Opens a mesh by removing its last `count` triangles.
 pub fn opened(mut mesh: TriangleMesh, count: usize) -> TriangleMesh {
     mesh.triangles.truncate(mesh.triangles.len() - count);
     mesh.components = vec![Component { triangles: 0..mesh.triangles.len(), closed: false }];
     mesh
 }
 
-/// All components of all `meshes` in one.
+/// Joins all components of `meshes` into one mesh.
 pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
     let mut all = TriangleMesh { vertices: vec![], triangles: vec![], components: vec![] };
     for mesh in meshes {
@@ -61,7 +61,7 @@ pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
     all
 }
 
-/// A mesh scaled and then moved.
+/// Scales a mesh, then moves it.
 pub fn placed(mut mesh: TriangleMesh, scale: f64, shift: Vec3) -> TriangleMesh {
     mesh.vertices.iter_mut().for_each(|v| *v = *v * scale + shift);
     mesh

@@ -1,27 +1,26 @@
-//! What a pair's motion tells of several pairs of points at once, in vector lanes.
+//! Evaluates a pair's motion for up to eight pairs of points at once, in vector lanes.
 
 use super::{Chain, Joint, PairMotion};
 use crate::math::{LANES, Vec3};
 
-/// A number for each lane.
+/// One number for each lane.
 pub type Lanes = [f64; LANES];
 
-/// What [`PairMotion`] tells of up to eight pairs of points.
+/// Results of [`PairMotion::place_all`] for up to eight pairs of points.
 #[doc(hidden)]
 #[derive(Debug, Clone, Default)]
 pub struct PairMotions {
-    /// By coordinate and axis of the world: the velocity of `a - b`.
+    /// Velocity of `a - b`, by coordinate and axis of the world.
     pub columns: Vec<[Lanes; 3]>,
     /// Bounds on second derivatives, see [`PairMotion::derivatives`].
     pub second: Lanes,
-    /// The same on third ones.
+    /// Bounds on third derivatives, see [`PairMotion::derivatives`].
     pub third: Lanes,
-    /// Levers of the joints of the chain that is looked at.
     levers: Vec<Lanes>,
     sums: Vec<Lanes>,
 }
 
-/// Returns a number for each lane. It becomes vector instructions if `of` is one operation.
+/// Evaluates `of` for each lane. It compiles to vector instructions if `of` is one operation.
 #[inline(always)]
 pub fn lanes(of: impl FnMut(usize) -> f64) -> Lanes {
     std::array::from_fn(of)
@@ -33,8 +32,8 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 impl PairMotion {
-    /// Looks at pairs of points under the joint metric, and at their derivatives along geodesics of
-    /// length `distance`; lanes that are left over repeat the first pair.
+    /// Evaluates pairs of points under the joint metric, with derivatives along geodesics of length
+    /// `distance`. Unused lanes repeat the first pair.
     #[inline(always)]
     pub fn place_all(&self, points: &[[Vec3; 2]], distance: f64, out: &mut PairMotions) {
         out.columns.clear();
@@ -54,8 +53,8 @@ impl PairMotion {
 }
 
 impl Chain {
-    /// Adds the velocities of points to the columns; bounds on their second and third derivative
-    /// here, and on the third one at a distance.
+    /// Adds the velocities of points to the columns. Returns bounds on their second and third
+    /// derivatives at the start, and on the third at `distance`.
     #[inline(always)]
     fn place_all(&self, points: &[Lanes; 3], sign: f64, distance: f64, out: &mut PairMotions) -> [Lanes; 3] {
         out.levers.clear();
@@ -66,8 +65,8 @@ impl Chain {
         out.sums.resize(out.columns.len(), [0.0; LANES]);
         let [mut second, mut third, mut third_there] = [[0.0; LANES]; 3];
         let [mut squared, mut farthest, mut farthest_there]: [Lanes; 3] = [[0.0; LANES]; 3];
-        // As in `derivatives` and `measure_reaches`, a step for all lanes at a time: so they become
-        // vector instructions.
+        // The same as `derivatives` and `measure_reaches`, but each step takes all lanes at once,
+        // so that it compiles to vector instructions.
         for (k, joint) in self.joints.iter().enumerate().rev() {
             let (turned, rate, lever, before) = (self.turned[k], joint.rate, out.levers[k], out.sums[joint.at]);
             let moved = lanes(|k| distance * squared[k].sqrt());
@@ -96,7 +95,7 @@ impl Chain {
 }
 
 impl Joint {
-    /// Adds the velocities of points; how far these are from the axis.
+    /// Adds the velocities of points to `columns`, and returns the levers of the joint.
     #[inline(always)]
     fn place_all(&self, points: &[Lanes; 3], sign: f64, columns: &mut [[Lanes; 3]]) -> Lanes {
         if self.is_slide {

@@ -1,5 +1,5 @@
-//! How a point of one body moves against a point of another, to third order: what bounds along a
-//! direction stand on.
+//! Motion of a point of one body relative to a point of another, to third order. Bounds along a
+//! direction are based on it.
 //!
 //! With `x = a - b`, in coordinates of the nearest frame that carries both bodies, and `e` the
 //! tangent vector of a geodesic times the roots of the weights, so that `|e|` is its length in the
@@ -8,9 +8,10 @@
 //! `n . (x(e) - x(0)) <= g . e + e' H e / 2 + K |e|^3 / 6`
 //!
 //! with `g` and `H` the gradient and Hessian of `n . x`. For joints `i <= j <= k`, counted from the
-//! common frame outward, the derivatives of a point are `L_k`, `z_j x L_k` and `z_i x (z_j x L_k)`:
-//! `z` is how a joint turns, `L_k` how the point moves by joint `k` alone. All joints keep their
-//! rates along a geodesic, so derivatives there are bounded by how far points may be from axes.
+//! common frame outward, the derivatives of a point are `L_k`, `z_j x L_k` and `z_i x (z_j x L_k)`.
+//! Here `z` is the angular velocity by a joint, and `L_k` the point's velocity by joint `k` alone.
+//! Joints keep their rates along a geodesic, so the largest distances of points from axes bound all
+//! derivatives on it.
 
 mod lanes;
 
@@ -22,57 +23,56 @@ use crate::math::{Pose, Vec3};
 use crate::scene::{MetricKind, Motion, Scene};
 pub use lanes::{Lanes, PairMotions, lanes};
 
-/// The joints that move one body against another, and a point of each that is looked at.
+/// The joints that move one body relative to another, and their effect on a point of each body.
 #[derive(Debug, Clone, Default)]
 pub struct PairMotion {
     frames: [usize; 2],
     common: usize,
-    /// Of the joint metric: what moves either body, outward from the common frame.
+    /// Joints of either body, outward from the common frame; empty unless the metric is `joint`.
     chains: [Chain; 2],
-    /// Tangent coordinates that occur.
     coordinates: Vec<usize>,
-    /// Whether a coordinate moves several joints.
+    /// Whether some coordinate moves several joints.
     is_shared: bool,
-    /// By coordinate: the velocity of `a - b`.
+    /// Velocity of `a - b` by coordinate.
     columns: Vec<Vec3>,
-    /// Of other metrics: displacement \[m\] along any direction for each metric unit.
+    /// Displacement \[m\] along any direction per metric unit; unused by the joint metric.
     rate: f64,
 }
 
-/// From a frame outward to a body.
+/// The joints from the common frame outward to a body.
 #[derive(Debug, Clone, Default)]
 struct Chain {
     joints: Vec<Joint>,
-    /// Of every joint, the largest sum of turns up to it and with it at a geodesic of length 1.
+    /// Largest sum of turns \[rad\] up to and including each joint along a geodesic of length 1.
     turned: Vec<f64>,
-    /// Squared turning rates by coordinate, while they are summed.
+    /// Scratch for sums of rates by coordinate.
     sums: Vec<f64>,
     reaches: Vec<f64>,
 }
 
-/// A joint: all rates are those at a unit of `e`.
+/// A joint; all of its rates are per unit of `e`.
 #[derive(Debug, Clone, Copy)]
 struct Joint {
-    /// Where its first coordinate is among those that occur.
+    /// Index of its first coordinate in [`PairMotion::coordinates`].
     at: usize,
-    /// A ball joint has three.
+    /// Number of coordinates: 3 for a ball joint, otherwise 1.
     dimensions: usize,
-    /// Axes of turns \[rad\], or of the slide \[m\]; world.
+    /// World axes of rotation \[rad\] or translation \[m\], scaled to the rate.
     axes: [Vec3; 3],
     is_slide: bool,
-    /// A point of the axis.
+    /// Point of the axis in world coordinates \[m\].
     origin: Vec3,
-    /// Rate about any axis; of a slide its speed \[m\].
+    /// Rate of rotation \[rad\] about any axis, or of translation \[m\].
     rate: f64,
-    /// How the point moves by each coordinate.
+    /// Velocity of the point by each coordinate.
     velocities: [Vec3; 3],
-    /// Distance \[m\] of the point from the axis or centre; of a slide 1.
+    /// Distance \[m\] of the point from the axis or centre; 1 for a slide.
     lever: f64,
 }
 
 impl Metric {
-    /// Prepares for points of the bodies that `frames` carry, at the configuration with frame poses
-    /// `poses`. Tangent coordinates that `is_locked` stay.
+    /// Prepares `motion` for points of the bodies that `frames` carry, at the configuration with
+    /// frame poses `poses`. Tangent coordinates for which `is_locked` holds do not move.
     #[doc(hidden)]
     pub fn pair_motion(
         &self,
@@ -101,19 +101,19 @@ impl Metric {
         motion.chains.iter_mut().for_each(|chain| chain.sum_turns(coordinates));
     }
 
-    /// Looks at point `a` of the first body and `b` of the second (world coordinates
-    /// \[m\]); both have to lie in their bodies' convex hulls.
+    /// Evaluates the motion of point `a` of the first body and `b` of the second (world coordinates
+    /// \[m\]). Both have to lie in their bodies' convex hulls.
     #[doc(hidden)]
     pub fn place_points(&self, poses: &[Pose], [a, b]: [&Vec3; 2], motion: &mut PairMotion) {
         match self.kind() {
             MetricKind::Joint => motion.place([a, b]),
-            // Each frame has its share of the mean square, so squares add.
+            // Each frame has its share of the mean square, so the squared factors add.
             MetricKind::ObjectNorm => {
                 let of =
                     |frame: usize, point: &Vec3| if frame == 0 { 0.0 } else { self.norm_factor(poses, frame, point) };
                 motion.rate = hypot(of(motion.frames[0], a), of(motion.frames[1], b));
             }
-            // No point that counts moves farther than the distance.
+            // The distance is the largest displacement, so each moving frame adds 1.
             MetricKind::MaxDisplacement => {
                 motion.rate = motion.frames.iter().filter(|frame| **frame != 0).count() as f64;
             }
@@ -127,19 +127,19 @@ impl Metric {
 }
 
 impl PairMotion {
-    /// Tangent coordinates that move one body against the other: what gradients and Hessians are
-    /// over.
+    /// Tangent coordinates that move one body relative to the other, in the order of gradients and
+    /// Hessians.
     pub fn coordinates(&self) -> &[usize] {
         &self.coordinates
     }
 
-    /// The frame from which displacements are seen.
+    /// Index of the frame from which displacements are seen.
     pub fn common(&self) -> usize {
         self.common
     }
 
-    /// Displacement \[m\] along any direction for each metric unit, where the metric is one of
-    /// bodies; derivatives are of the joint metric.
+    /// Displacement \[m\] along any direction per metric unit, for the object norm and the largest
+    /// displacement; the joint metric has [`PairMotion::derivatives`].
     pub fn rate(&self) -> f64 {
         self.rate
     }
@@ -157,14 +157,14 @@ impl PairMotion {
         }
     }
 
-    /// The velocity of `a - b` by each coordinate, see [`PairMotion::coordinates`]: `n` times them
-    /// is the gradient along `n`.
+    /// Velocity of `a - b` by each of [`PairMotion::coordinates`]. Its products with `n` are the
+    /// gradient along `n`.
     pub fn columns(&self) -> &[Vec3] {
         &self.columns
     }
 
-    /// Writes the Hessian of `n . (a - b)`, row major, for the direction `n` of each lane; `n` is
-    /// given by axis of the world.
+    /// Writes the Hessian of `n . (a - b)`, row major, for the direction `n` of each lane. `n` is
+    /// in world coordinates, axis by axis.
     #[inline(always)]
     pub fn hessian<const N: usize>(&self, n: &[[f64; N]; 3], hessian: &mut Vec<[f64; N]>) {
         let width = self.coordinates.len();
@@ -186,7 +186,7 @@ impl PairMotion {
                         array::from_fn(|k| n[2][k] * axis.x - n[0][k] * axis.z),
                         array::from_fn(|k| n[0][k] * axis.y - n[1][k] * axis.x),
                     ];
-                    // Both orders of a ball joint's own coordinates count half.
+                    // A ball joint's own coordinates occur in both orders, so each counts half.
                     for (l, velocity) in inner.velocities[..inner.dimensions].iter().enumerate() {
                         add(inner.at + k, inner.at + l, &across, &(0.5 * velocity));
                     }
@@ -200,19 +200,19 @@ impl PairMotion {
         }
     }
 
-    /// Bounds \[m\] on derivatives of `a - b` along any geodesic of length `distance` at unit
-    /// speed: on the second one here, and on the mean third one, as far as it counts for the end:
-    /// that at time `t` counts `(1 - t)^2`.
+    /// Returns bounds \[m\] on derivatives of `a - b` along any geodesic of length `distance` at
+    /// unit speed: on the second one at its start, and on the mean third one. The weight of the
+    /// mean is that of Taylor's remainder, `(1 - t)^2` for `t` from 0 to 1.
     ///
-    /// Bounds on derivatives are convex in `t`, as reaches are: at most `1 - t` times those here
-    /// and `t` times those at the end.
+    /// Bounds on derivatives are convex in `t`, as reaches are. So they are at most `1 - t` times
+    /// those at the start plus `t` times those at the end.
     pub fn derivatives(&mut self, distance: f64) -> [f64; 2] {
         let here = self.chains.each_ref().map(|chain| chain.derivatives(|joint| chain.joints[joint].lever));
         let there = self.chains.each_mut().map(|chain| {
             chain.measure_reaches(distance);
             chain.derivatives(|joint| chain.reaches[joint])
         });
-        // Of chains that have no coordinate in common, each gets a part of the distance alone.
+        // Chains without a common coordinate split the distance, so the larger bound covers both.
         let both = |[x, y]: [f64; 2]| if self.is_shared { x + y } else { x.max(y) };
         let [second, third] = [0, 1].map(|order| both(here.map(|of_chain| of_chain[order])));
         [second, 0.75 * third + 0.25 * both(there.map(|of_chain| of_chain[1]))]
@@ -261,7 +261,7 @@ impl Chain {
         });
     }
 
-    /// Cauchy and Schwarz: the sum of all turns is at most the norm of their rates by coordinate.
+    /// Bounds the sum of turns up to each joint by the norm of their rates (Cauchy-Schwarz).
     fn sum_turns(&mut self, coordinates: usize) {
         self.sums.clear();
         self.sums.resize(coordinates, 0.0);
@@ -275,11 +275,11 @@ impl Chain {
         }
     }
 
-    /// Bounds on the second and third derivative where the point is no farther from the axis of
-    /// each joint than its reach.
+    /// Returns bounds on the second and third derivative if the point is no farther from the axis
+    /// of each joint than its reach.
     fn derivatives(&self, reach: impl Fn(usize) -> f64) -> [f64; 2] {
-        // What ends in joint `k` is its reach times a power of the turns up to it less those before
-        // it. Where no reach is below one farther out, the sum by parts has no negative term.
+        // Terms that end in joint `k` add at most its reach times the growth of powers of `turned`.
+        // Reaches are raised to the largest farther out, so summation by parts adds no negatives.
         let ([mut second, mut third], mut farthest) = ([0.0; 2], 0.0);
         for (k, joint) in self.joints.iter().enumerate().rev() {
             let (turned, reach) = (self.turned[k], reach(k));
@@ -295,8 +295,8 @@ impl Chain {
         [second, third]
     }
 
-    /// How far from a joint's axis the point may be within `distance`: as far as it is, and what
-    /// joints farther out can move it by.
+    /// Bounds the point's distance from each joint's axis within `distance`: its present one plus
+    /// the displacement by joints farther out.
     fn measure_reaches(&mut self, distance: f64) {
         let Self { joints, sums, reaches, .. } = self;
         sums.fill(0.0);
@@ -310,7 +310,7 @@ impl Chain {
     }
 }
 
-/// Adds a rate to those of a coordinate; returns by how much their square grows.
+/// Adds a rate to the sum of a coordinate, and returns the growth of the sum's square.
 fn add_shared(sum: &mut f64, rate: f64) -> f64 {
     let before = *sum;
     *sum += rate;
@@ -332,9 +332,9 @@ impl Joint {
     }
 }
 
-/// The nearest frame that carries both.
+/// Returns the nearest frame that carries both frames.
 fn common_frame(scene: &Scene, [mut a, mut b]: [usize; 2]) -> usize {
-    // A parent precedes its children.
+    // A parent precedes its children, so the larger index is never an ancestor of the smaller one.
     while a != b {
         let farther = if a > b { &mut a } else { &mut b };
         *farther = scene.frames[*farther].parent;

@@ -1,4 +1,4 @@
-//! Taylor's formula against what points do.
+//! Compares Taylor's formula with the motion of points.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use crate::math::LANES;
 use crate::metric::pair_motion::*;
 use crate::scene::builtin;
 
-/// How `n . (a - b)` grows along a geodesic, as seen from the common frame, against its Taylor
-/// polynomial and the bounds on derivatives.
+/// Compares the growth of `n . (a - b)` along a geodesic, as seen from the common frame, with its
+/// Taylor polynomial and the bounds on derivatives.
 #[test]
 fn points_move_as_derivatives_say() {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
@@ -37,7 +37,7 @@ fn points_move_as_derivatives_say() {
             let norm = norm.sum::<f64>().sqrt();
             tangent.iter_mut().for_each(|t| *t *= length / norm);
             space.integrate(&q, &tangent, &mut to);
-            // Limits may have held some joints.
+            // Limits may have stopped some joints.
             space.difference(&q, &to, &mut tangent);
             let length = metric.distance(&q, &to);
             forward(&scene, &to, &mut after);
@@ -70,7 +70,7 @@ fn points_move_as_derivatives_say() {
     assert!(seen > 300 && closest < 20.0, "{seen} {closest}");
 }
 
-/// Lanes tell of each pair of points what is told of it alone, whatever joints a scene has.
+/// Lanes give each pair of points the same result as a single evaluation, in every built-in scene.
 #[test]
 fn lanes_tell_what_single_pairs_do() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
@@ -110,7 +110,7 @@ fn poses_of(scene: &Scene, q: &[f64]) -> Vec<Pose> {
     poses
 }
 
-/// Where a point of the world goes with a frame that was at `before`.
+/// Moves a point of the world with a frame from pose `before` to `pose`.
 fn after_point(pose: &Pose, before: &Pose, p: &Vec3) -> Vec3 {
     pose.point(&before.inverse_point(p))
 }

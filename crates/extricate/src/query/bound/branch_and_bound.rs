@@ -1,20 +1,20 @@
-//! Branch and bound over separating directions: proves that nothing free is nearer than a share of
-//! the depth, or finds it.
+//! Branch and bound over separating directions: proves that no free configuration is nearer than a
+//! share of the depth, or finds one.
 //!
-//! A node is a set of half-spaces of displacements from the query; all free configurations that are
-//! near enough lie in one node or another. The least-norm point of a node bounds it from below. To
-//! expand a node, its point is looked at: where it is free, it is the nearest of its node.
-//! Otherwise two bodies overlap there, and whatever is free parts them along a direction: along one
-//! of a few cells (`cells`), each a choice of three half-spaces, which cut the point off. So the
-//! node falls into as many nodes as there are half-spaces.
+//! A node is a set of half-spaces of displacements from the query; every free configuration that is
+//! near enough lies in some node. The least-norm point of a node bounds it from below. To expand a
+//! node, check its point. If it is free, it is the nearest of its node. Otherwise two bodies
+//! overlap there, and every free configuration parts them along a direction of one of a few cells
+//! (`cells`). Each cell is a choice of three half-spaces that cut the point off, so the node splits
+//! into as many nodes as there are half-spaces.
 //!
-//! With `d` the displacement from the point `x`, points part along `n` by at most `g . d + l |d|^2
-//! / 2 + K |d|^3 / 6`, where `l` bounds the eigenvalues of the Hessian. All of a node that is
-//! nearer than `r` has `|d|^2 <= r^2 - |x|^2`, as `x` is its least-norm point. So half-spaces grow
-//! exact as bounds rise.
+//! With `d` the displacement from the point `x`, points part along `n` by at most
+//! `g . d + l |d|^2 / 2 + K |d|^3 / 6`, where `l` bounds the eigenvalues of the Hessian. Every
+//! point of a node nearer than `r` has `|d|^2 <= r^2 - |x|^2`, as `x` is its least-norm point. So
+//! half-spaces grow exact as bounds rise.
 //!
-//! Displacements are tangent vectors times the roots of the weights, so this is of the joint
-//! metric, and of joints whose displacements add: not of ball joints.
+//! Displacements are tangent vectors times the roots of the weights. The search therefore needs the
+//! joint metric, and joints whose displacements add, which those of ball joints do not.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -32,28 +32,28 @@ use crate::query::groups::coordinates;
 use crate::query::qp::{Qp, QpOutcome};
 use crate::scene::PairId;
 
-/// Splits of cells for each pair that is looked at.
+/// Most splits and close bounds of cells of the chosen pair, if no ancestor restricts its
+/// directions.
 const SPLITS: usize = 96;
-/// And to choose one.
+/// The same while the pair is chosen, or if an ancestor restricts its directions to a cone.
 const FIRST_SPLITS: usize = 24;
-/// How often a point is looked at with twice as many, before it is given up.
-const MOST_REPEATS: u32 = 1;
-/// Numbers that the nodes may hold.
-const MOST_NUMBERS: usize = 1 << 26;
+/// Most successive repeats of a point that are expanded, each with twice as many splits.
+const MAX_REPEATS: u32 = 1;
+/// Most numbers in all nodes together: 512 MiB.
+const MAX_NODE_NUMBERS: usize = 1 << 26;
 
-/// One search, and its memory.
+/// A branch-and-bound search and its memory.
 #[derive(Default)]
 pub struct Branches {
-    /// Roots of the weights, by tangent coordinate.
+    /// Root of the weight of each tangent coordinate.
     roots: Vec<f64>,
-    /// Which coordinates are searched; the others stay where `base` has them.
+    /// Whether each coordinate is searched; the others keep their values of `base`.
     holds: Vec<bool>,
     base: Vec<f64>,
-    /// Limits of displacements.
     low: Vec<f64>,
     high: Vec<f64>,
     nodes: Vec<Node>,
-    /// Of every node its half-space and its least-norm point.
+    /// The half-space and the least-norm point of each node, `2 nv` numbers.
     numbers: Vec<f64>,
     open: BinaryHeap<Open>,
     qp: Qp,
@@ -66,14 +66,14 @@ pub struct Branches {
     config: Vec<f64>,
     tangent: Vec<f64>,
     best: Vec<Cut>,
-    /// Nearest of the nodes that cannot be expanded.
+    /// Least bound of the nodes that cannot be expanded.
     stuck: f64,
-    /// What is proved.
     bound: f64,
     expanded: usize,
 }
 
-/// `row . e >= offset` for displacements `e`, and how near the node is at least.
+/// The half-space `row . e >= offset` of displacements `e`. No configuration of its node is nearer
+/// than `near`.
 #[derive(Debug, Clone)]
 struct Cut {
     row: Vec<f64>,
@@ -86,11 +86,11 @@ struct Cut {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     parent: usize,
-    /// Of its half-space; that of the root holds everything.
+    /// Offset of its half-space; the half-space of the root holds everything.
     offset: f64,
-    /// How often its point was looked at before without being cut off.
+    /// Number of successive ancestors with the same point.
     repeats: u32,
-    /// Two sets, and the cone of directions along which they part in it.
+    /// The two convex sets that part in this node, and the cone of their directions.
     parts: Option<[usize; 2]>,
     cone: [Vec3; 3],
 }
@@ -101,21 +101,21 @@ struct Open {
     node: usize,
 }
 
-/// What a step came to.
+/// The outcome of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// Nothing is left that is nearer than the target.
+    /// No node is nearer than the target.
     Closed,
-    /// A node was expanded.
+    /// One node was expanded.
     Open,
     /// [`Branches::config`] is free, at this distance.
     Free(f64),
-    /// There is no room for more nodes.
+    /// The nearest node cannot be expanded, or the memory for nodes is spent.
     Full,
 }
 
 impl Branches {
-    /// Whether displacements of the context's joints add.
+    /// Whether the metric and the joints that may move allow branch and bound.
     pub fn can_search(context: &Context) -> bool {
         let space = &context.checker.scene().space;
         let is_free = |v: usize| !context.is_locked(v);
@@ -123,8 +123,8 @@ impl Branches {
             && !space.factors().iter().any(|f| f.manifold == Manifold::Rotation && is_free(f.v))
     }
 
-    /// Begins at the query `q`: over all coordinates, or those that a group of pairs `holds`, while
-    /// the others stay where `base` has them and pairs that they move are not looked at.
+    /// Begins at the query `q`, over all coordinates or over those of a group that `holds` marks.
+    /// The others keep their values of `base`, and pairs that they move are ignored.
     pub fn begin(&mut self, context: &Context, q: &[f64], holds: Option<&[bool]>, base: &[f64]) {
         let space = &context.checker.scene().space;
         let nv = space.nv();
@@ -163,17 +163,17 @@ impl Branches {
         self.open.push(Open { bound: norm(&nearest), node: 0 });
     }
 
-    /// Proved: nothing free is nearer (metric units).
+    /// Proved: no free configuration is nearer than this (metric units).
     pub fn bound(&self) -> f64 {
         self.bound
     }
 
-    /// Nodes that were expanded.
+    /// Number of nodes expanded since [`Branches::begin`].
     pub fn expanded(&self) -> usize {
         self.expanded
     }
 
-    /// How far a configuration is from `q` by the coordinates that are searched.
+    /// Returns the distance of a configuration from `q` in the coordinates that are searched.
     pub fn length(&mut self, context: &Context, q: &[f64], config: &[f64]) -> f64 {
         self.tangent.resize(self.roots.len(), 0.0);
         context.checker.scene().space.difference(q, config, &mut self.tangent);
@@ -181,12 +181,12 @@ impl Branches {
         self.tangent.iter().enumerate().map(of).sum::<f64>().sqrt()
     }
 
-    /// The configuration that was looked at last.
+    /// Returns the configuration at the point that was expanded last.
     pub fn config(&self) -> &[f64] {
         &self.config
     }
 
-    /// Expands the nearest node, unless all are at least as far as `target`.
+    /// Expands the nearest node, unless none is nearer than `target`.
     pub fn step(&mut self, context: &Context, q: &[f64], target: f64, check: &mut CheckScratch) -> Step {
         let nv = self.roots.len();
         let nearest = self.open.peek().map_or(f64::INFINITY, |open| open.bound).min(self.stuck);
@@ -198,7 +198,7 @@ impl Branches {
         if self.stuck <= bound {
             return Step::Full;
         }
-        if self.numbers.len() > MOST_NUMBERS {
+        if self.numbers.len() > MAX_NODE_NUMBERS {
             return Step::Full;
         }
         self.open.pop();
@@ -218,7 +218,7 @@ impl Branches {
         }
         self.poses.clear();
         self.poses.extend_from_slice(check.poses());
-        if self.nodes[node].repeats > MOST_REPEATS || !self.cut(context, &point, (bound, target), node, check) {
+        if self.nodes[node].repeats > MAX_REPEATS || !self.cut(context, &point, (bound, target), node, check) {
             self.stuck = self.stuck.min(bound);
             return Step::Open;
         }
@@ -226,7 +226,7 @@ impl Branches {
         Step::Open
     }
 
-    /// `config` becomes the one at a displacement.
+    /// Sets `config` to the configuration at a displacement.
     fn place(&mut self, context: &Context, q: &[f64], point: &[f64]) {
         let space = &context.checker.scene().space;
         self.tangent.clear();
@@ -238,8 +238,8 @@ impl Branches {
         }
     }
 
-    /// `best` becomes the half-spaces of the pair whose nearest one is farthest; whether there are
-    /// some that hold all that is free.
+    /// Fills `best` with the half-spaces of the pair whose nearest half-space is farthest. Returns
+    /// whether they hold every free configuration nearer than the target.
     fn cut(
         &mut self,
         context: &Context,
@@ -252,7 +252,7 @@ impl Branches {
         let (checker, (bound, target)) = (context.checker, limits);
         let mut around = Around::new(context.metric, (poses, motion), point, target);
         best.clear();
-        // A look at each tells which to look at closely.
+        // Bound each pair roughly, then split the cells of the one that proves most.
         let (mut promising, mut most, mut number) = (None, f64::NEG_INFINITY, 0);
         checker.inner_pairs(config, pairs, check, &mut |pair| {
             if most < target {
@@ -282,7 +282,7 @@ impl Branches {
         is_whole
     }
 
-    /// A node for each half-space of `best` that is nearer than the target.
+    /// Adds a node for each half-space of `best` that is nearer than the target.
     fn branch(&mut self, node: usize, point: &[f64], (bound, target): (f64, f64)) {
         let nv = self.roots.len();
         let best = std::mem::take(&mut self.best);
@@ -317,14 +317,15 @@ impl Branches {
         self.best = best;
     }
 
-    /// Whether a row that no step was found for is missed by more than rounding: within `target`,
-    /// no multiple of what is left of a row that the others span to ten digits can make up for it.
+    /// Whether the infeasible program misses a row by more than rounding. Within `target`, no
+    /// multiple of the remainder of a row that the others span to ten digits can compensate such a
+    /// miss.
     fn is_far_from_feasible(&self, target: f64) -> bool {
         self.qp.largest_violation() > 1e-4 * target
     }
 }
 
-/// The cone along which the sets of a pair part in a node, as the nodes above it have it.
+/// Returns the cone along which the sets of a pair part, as the nearest ancestor restricts it.
 fn cone_of(nodes: &[Node], node: usize, pair: &ConvexPair) -> Option<[Vec3; 3]> {
     let parts = pair.parts()?;
     let mut at = node;
@@ -334,7 +335,8 @@ fn cone_of(nodes: &[Node], node: usize, pair: &ConvexPair) -> Option<[Vec3; 3]> 
     (at != 0).then(|| nodes[at].cone)
 }
 
-/// The half-spaces of all open cells; `false` where some direction holds or not whatever moves.
+/// Adds the half-spaces of all open cells; `false` if no coordinate moves the points of one of them
+/// along its direction.
 fn add_cuts(
     around: &mut Around,
     cells: &Cells,
@@ -355,7 +357,7 @@ fn add_cuts(
 }
 
 impl Ord for Open {
-    /// The nearest is the greatest; of several the newest.
+    /// The nearest node is the greatest; ties go to the newest.
     fn cmp(&self, other: &Self) -> Ordering {
         other.bound.total_cmp(&self.bound).then(self.node.cmp(&other.node))
     }

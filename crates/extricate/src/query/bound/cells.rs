@@ -1,15 +1,15 @@
-//! The sphere of directions along which two convex sets may part, covered by cells.
+//! Cells that cover the sphere of directions along which two convex sets may part.
 //!
-//! Where two convex sets are `m` apart, a plane parts them: there is a unit normal `n` with `n . (a
-//! - b) >= m` for *every* point `a` of the first and `b` of the second. A cell is the cone of three
-//! directions with *one* choice of points. If `n = sum l_i n_i` with `l_i >= 0` parts the sets,
-//! then `sum l_i n_i . (a - b) >= m`, so that at one corner at least
+//! If two convex sets are `m` apart, a plane separates them: there is a unit normal `n` with
+//! `n . (a - b) >= m` for *every* point `a` of the first and `b` of the second. A cell is the cone
+//! of three directions with *one* choice of points. If `n = sum l_i n_i` with `l_i >= 0` separates
+//! the sets, then `sum l_i n_i . (a - b) >= m`, so at least one corner satisfies
 //!
 //! `n_i . (a - b) >= m / sum l_i >= c m`
 //!
-//! where all corners are within an angle of cosine `c` of one direction. So whatever parts the sets
-//! along a direction of the cell keeps one of three inequalities; how large the cell is costs
-//! nothing but that its points are the same all over it.
+//! if all corners are within an angle of cosine `c` of one direction. So whatever separates the
+//! sets along a direction of the cell satisfies one of three inequalities. The only cost of a large
+//! cell is that its points are the same all over it.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -21,49 +21,49 @@ use crate::collision::ConvexPair;
 use crate::math::{LANES, Vec3};
 use crate::metric::pair_motion::Lanes;
 
-/// What is to be bounded: how far a configuration has to go to part two points along a direction.
+/// Bounds how far a configuration has to move to part two points along a direction.
 pub trait Parting {
-    /// Looks at point `a` of the first set and `b` of the second (world \[m\]).
+    /// Places the points `a` of the first set and `b` of the second (world \[m\]) for the next
+    /// bound.
     fn place(&mut self, points: [&Vec3; 2]);
 
-    /// Returns a distance (metric units) for which is proved: no configuration nearer than it has
-    /// `n . (a - b)` larger than here by `needed` \[m\] for any of three pairs of these. Stops
-    /// refining once it is `enough`.
+    /// Returns a proved distance (metric units). At no configuration nearer than it is
+    /// `n . (a - b)` larger than here by `needed` \[m\], for any of the three pairs. Stops refining
+    /// at `enough`.
     fn least_distance(&mut self, needs: &[(Vec3, f64); 3], enough: f64) -> f64;
 
-    /// The least of what each candidate's inequalities prove, not looked at closely; at most
-    /// `enough`. As many as there are candidates, eight at most.
+    /// Returns a rough bound of each candidate: the least over its inequalities, at most `enough`.
+    /// Takes at most eight candidates.
     fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes;
 }
 
-/// Points that a cell may choose, or that are looked at along another number of directions.
+/// Two points that a cell may choose, with `N` directions along which they have to part.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate<const N: usize = 3> {
-    /// World points of either set.
+    /// World point of each set.
     pub points: [Vec3; 2],
     /// Directions, and by how much \[m\] the points have to part along each.
     pub needs: [(Vec3, f64); N],
 }
 
-/// Cells that cover the sphere.
+/// Cells that cover a cone or the sphere; the one that bounds least is on top.
 #[derive(Debug, Default)]
 pub struct Cells {
     cells: BinaryHeap<Cell>,
 }
 
-/// A cone of directions.
+/// The cone of directions between three corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
     corners: [Corner; 3],
-    /// World points of either set that are chosen for it.
+    /// The chosen world point of each set.
     points: [Vec3; 2],
-    /// Metric units.
+    /// No direction of the cell parts the sets nearer than this (metric units).
     bound: f64,
-    /// Whether it was looked at closely.
+    /// Whether `bound` comes from [`Parting::least_distance`], and no longer from a rough bound.
     is_close: bool,
 }
 
-/// A direction and the points that are supported along it.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     direction: Vec3,
@@ -71,8 +71,9 @@ struct Corner {
 }
 
 impl Cells {
-    /// Covers the cone of three directions, or the sphere, and splits the cell that bounds least,
-    /// until all bound `enough` or there have been `most` splits; returns the least bound.
+    /// Covers the cone of three directions, or the sphere if there is none, and refines the cell
+    /// that bounds least. Stops once all cells bound `enough`, or after `most` splits and close
+    /// bounds; returns the least bound.
     ///
     /// # Guarantee
     /// No configuration nearer than this parts the sets along a direction of the cone.
@@ -110,7 +111,8 @@ impl Cells {
         self.cells.peek().map_or(f64::NEG_INFINITY, |cell| cell.bound)
     }
 
-    /// Adds cells, each with the points that bound most for it: two of a parent, or four.
+    /// Adds up to four cells, parts of `parent` if there is one, each with the points that bound
+    /// most.
     fn add(
         &mut self,
         pair: &ConvexPair,
@@ -134,13 +136,12 @@ impl Cells {
         let bounds = parting.rough_distances(&candidates, enough);
         for (corners, own) in cells.drain(..) {
             let best = own.max_by(|x, y| bounds[*x].total_cmp(&bounds[*y]).then(y.cmp(x))).expect("its supports");
-            // What holds for the whole cell holds for a part of it.
+            // A bound of the parent holds for its parts.
             let bound = parent.map_or(bounds[best], |parent| bounds[best].max(parent.bound));
             self.cells.push(Cell { corners, points: candidates[best].points, bound, is_close: false });
         }
     }
 
-    /// The cells that bound less than `enough`.
     pub fn open(&self, enough: f64) -> impl Iterator<Item = &Cell> {
         self.cells.iter().filter(move |cell| cell.bound < enough)
     }
@@ -155,17 +156,16 @@ impl Cell {
         self.bound = self.bound.max(bound);
     }
 
-    /// Its corners.
     pub fn cone(&self) -> [Vec3; 3] {
         self.corners.map(|corner| corner.direction)
     }
 
-    /// The three inequalities of the chosen points.
+    /// Returns the chosen points and their three inequalities.
     pub fn inequalities(&self, pair: &ConvexPair) -> ([Vec3; 2], [(Vec3, f64); 3]) {
         (self.points, needs(pair, &self.corners, &middle(&self.corners), &self.points))
     }
 
-    /// Two cells that make it up, parted at its longest edge.
+    /// Splits the cell at the middle of its longest edge.
     fn split(&self, corner: &impl Fn(Vec3) -> Corner) -> [[Corner; 3]; 2] {
         let [a, b, c] = self.corners;
         let cosine = |x: &Corner, y: &Corner| x.direction.dot(&y.direction);
@@ -176,13 +176,13 @@ impl Cell {
     }
 }
 
-/// Of some dozen operations on positions, relative to them.
+/// Rounding error of some dozen operations on positions, as a share of their lengths.
 const ROUNDING: f64 = 1e-14;
 
-/// Corners, and by how much \[m\] two points have to part along each.
+/// Returns the direction of each corner, and by how much \[m\] the two points have to part along
+/// it.
 fn needs(pair: &ConvexPair, corners: &[Corner; 3], middle: &Vec3, [a, b]: &[Vec3; 2]) -> [(Vec3, f64); 3] {
     let cosine = corners.iter().map(|corner| corner.direction.dot(middle)).fold(1.0, f64::min);
-    // Of positions and of the few products.
     let rounding = ROUNDING * (a.norm() + b.norm() + pair.keeps());
     corners.map(|corner| (corner.direction, pair.keeps() * cosine - corner.direction.dot(&(a - b)) - rounding))
 }
@@ -192,7 +192,7 @@ fn middle(corners: &[Corner; 3]) -> Vec3 {
 }
 
 impl Ord for Cell {
-    /// The one that bounds least is the greatest.
+    /// The cell that bounds least is the greatest.
     fn cmp(&self, other: &Self) -> Ordering {
         other.bound.total_cmp(&self.bound)
     }
@@ -212,8 +212,8 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-/// Points of the sets, between the supports of the corners, whose difference is nearest to the
-/// origin: there the sets touch last.
+/// Returns the points between the supports of the corners whose difference is nearest to the
+/// origin, because the sets touch last there.
 fn toward_origin(corners: &[Corner; 3]) -> Option<[Vec3; 2]> {
     let [x, y, z] = corners.map(|corner| corner.supports[0] - corner.supports[1]);
     let weights = nearest_weights(x, y, z)?;
@@ -221,7 +221,7 @@ fn toward_origin(corners: &[Corner; 3]) -> Option<[Vec3; 2]> {
     Some([between(0), between(1)])
 }
 
-/// Weights of the corners at the point of a triangle nearest to the origin.
+/// Returns the weights of the corners at the point of a triangle nearest to the origin.
 fn nearest_weights(x: Vec3, y: Vec3, z: Vec3) -> Option<[f64; 3]> {
     let normal = (y - x).cross(&(z - x));
     let squared = normal.norm_squared();

@@ -1,4 +1,4 @@
-//! What is proved of a query, by all that proves something.
+//! Combines all bounds of a query: balls, overlaps of convex shapes, and directions.
 
 use super::directional::{DirectionalScratch, directional, promise};
 use super::{BoundEffort, raise, raise_by_overlap};
@@ -9,7 +9,7 @@ use crate::query::context::Context;
 use crate::query::groups::Groups;
 use crate::scene::{MetricKind, PairId};
 
-/// Memory that bounds reuse.
+/// Memory that [`lower_bound`] reuses.
 #[derive(Default)]
 pub struct BoundScratch {
     path: MotionPath,
@@ -17,29 +17,29 @@ pub struct BoundScratch {
     directional: DirectionalScratch,
     groups: Groups,
     pairs: Vec<PairId>,
-    /// Of pairs of convex sets, what they may bound at most, and their numbers.
+    /// An estimate of the bound of each pair of convex sets, with the number of the pair.
     promises: Vec<(f64, usize)>,
 }
 
-/// How closely directions are looked at.
+/// Work that a bound by directions may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Splits {
-    /// How many pairs of convex sets are, those that promise most.
+    /// Number of pairs of convex sets that are bounded, those that promise most.
     pub pairs: usize,
-    /// Splits of the cells of each.
+    /// Most splits and close bounds of cells for each of these pairs.
     pub each: usize,
 }
 
-/// A pair is looked at that promises this much more than is proved.
-const WORTH: f64 = 1.1;
+/// A pair is bounded by directions only if it promises more than this times the present bound.
+const MIN_PROMISE_RATIO: f64 = 1.1;
 
-/// A distance (metric units) below which no free configuration lies from the anchor, at most
-/// `ceiling`. Directions are not looked at without `splits`.
+/// Returns a distance (metric units), at most `ceiling`, such that no free configuration is nearer
+/// to the anchor. Uses only a few balls of each body if `splits` is `None`.
 ///
 /// # Guarantee
 /// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps;
-/// see [`super`] and `directional`. Pairs that have no joint in common have to part by
-/// themselves: under the joint metric their squares add.
+/// see [`super`] and `directional`. Pairs that have no joint in common part independently, so under
+/// the joint metric the squares of their bounds add.
 pub fn lower_bound(
     context: &Context,
     anchor: &Anchor,
@@ -54,7 +54,7 @@ pub fn lower_bound(
     let (mut groups, mut pairs) = (std::mem::take(&mut scratch.groups), std::mem::take(&mut scratch.pairs));
     groups.split(context, colliding.iter().copied());
     let mut squared: f64 = 0.0;
-    // A pair that nothing moves has no root; it is of the first group, as it never parts.
+    // A pair that no joint moves has no root. It goes to the first group, as it never parts.
     let root_of = |pair: &PairId| groups.root_of(context.checker.scene(), *pair).unwrap_or(0);
     let roots = groups.roots().chain((groups.roots().next() != Some(0)).then_some(0));
     for root in roots {
@@ -98,7 +98,7 @@ fn of_group(
     });
     promises.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
     for &(promise, chosen) in promises.iter().take(splits.pairs) {
-        if bound >= ceiling || promise <= WORTH * bound {
+        if bound >= ceiling || promise <= MIN_PROMISE_RATIO * bound {
             break;
         }
         let mut number = 0;

@@ -1,8 +1,8 @@
-//! Half-spaces of displacements that part two points along directions, seen from a configuration.
+//! Half-spaces of displacements that part two points along directions, expanded at a configuration.
 //!
 //! With `d` the displacement from there, points part along `n` by at most
-//! `g . d + d' H d / 2 + K |d|^3 / 6`. Directions in which `H` bends most are parted by sign: with
-//! `s` the displacement along one, between 0 and `r`, `s^2 <= r s`, which is linear.
+//! `g . d + d' H d / 2 + K |d|^3 / 6`. The directions in which `H` bends most are split by sign:
+//! with `s` the displacement along one, between 0 and `r`, `s^2 <= r s`, which is linear.
 
 use super::cells::{Candidate, Parting};
 use crate::collision::ConvexPair;
@@ -12,47 +12,47 @@ use crate::metric::Metric;
 use crate::metric::pair_motion::{Lanes, PairMotion};
 use crate::query::context::Context;
 
-/// What they are seen from, and the points that are to part.
+/// The configuration at which half-spaces are expanded, and the points that have to part.
 pub struct Around<'a> {
     metric: &'a Metric,
     poses: &'a [Pose],
     motion: &'a mut PairMotion,
-    /// Its displacement from the query, how much of it is by coordinates of the motion, and how
-    /// long it is.
+    /// Displacement of the configuration from the query, its part in the coordinates of `motion`,
+    /// and its length.
     point: &'a [f64],
     here: Vec<f64>,
     distance: f64,
     target: f64,
-    /// Whether the next two are of the points that are looked at.
+    /// Whether `second`, `third` and `slack` belong to the placed points.
     is_bounded: bool,
-    /// On second derivatives, and on third ones over 6.
+    /// Bounds on second derivatives, and on third ones divided by 6.
     second: f64,
     third: f64,
-    /// What the points may have moved by, as steps keep limits to [`HELD`] only \[m\].
+    /// Motion \[m\] of the points that is allowed for because steps keep limits only to
+    /// [`LIMIT_TOLERANCE`].
     slack: f64,
     hessian: Vec<[f64; 1]>,
     row: Vec<f64>,
 }
 
-/// What is known of a direction.
+/// Expansion of the distance of the points along a direction.
 #[derive(Clone)]
 struct Along {
     gradient: Vec<f64>,
-    /// The directions in which the Hessian bends most, each times half the eigenvalue, and what is
-    /// left over.
+    /// The directions in which the Hessian bends most, each times half its eigenvalue.
     bent: Vec<Vec<f64>>,
+    /// Upper bound on half of each remaining eigenvalue.
     rest: f64,
     needed: f64,
-    /// By how much gradients of other directions that it stands for differ, and these directions
-    /// themselves.
+    /// Largest differences of the gradients and unit vectors of all directions that this one
+    /// represents.
     spread: f64,
     turned: f64,
     middle: Vec3,
 }
 
 impl<'a> Around<'a> {
-    /// Seen from the configuration at the displacement `point`, with frame poses `poses`, as far as
-    /// `target`.
+    /// Expands at the displacement `point`, with frame poses `poses`, up to the distance `target`.
     pub fn new(
         metric: &'a Metric,
         (poses, motion): (&'a [Pose], &'a mut PairMotion),
@@ -76,19 +76,18 @@ impl<'a> Around<'a> {
         }
     }
 
-    /// Directions of the world in the frame from which displacements of the pair are seen, which
-    /// they keep to.
+    /// Converts world directions to the common frame of the pair, in which its cones are stored.
     pub fn in_common(&self, cone: [Vec3; 3]) -> [Vec3; 3] {
         cone.map(|n| self.poses[self.motion.common()].inverse_vector(&n))
     }
 
-    /// The inverse of [`Around::in_common`].
+    /// Inverts [`Around::in_common`].
     pub fn to_world(&self, cone: [Vec3; 3]) -> [Vec3; 3] {
         cone.map(|n| self.poses[self.motion.common()].vector(&n))
     }
 
-    /// A half-space as a row of length 1 over all coordinates and its offset; none where nothing
-    /// moves the points along it.
+    /// Returns a half-space as a unit row over all coordinates and its offset; `None` if no
+    /// coordinate moves the points along it.
     pub fn row(&mut self, half: &HalfSpace) -> Option<(Vec<f64>, f64)> {
         let (offset, slope) = self.offset(&half.along, half.signs, self.target);
         let mut row = vec![0.0; self.point.len()];
@@ -98,7 +97,7 @@ impl<'a> Around<'a> {
         (slope > 0.0).then_some((row, offset / slope))
     }
 
-    /// Looks at a pair of convex sets.
+    /// Prepares the motion of a pair of convex sets.
     pub fn look_at(&mut self, context: &Context, pair: &ConvexPair) {
         let scene = context.checker.scene();
         let bodies = scene.pairs[pair.pair().index()];
@@ -108,7 +107,7 @@ impl<'a> Around<'a> {
         self.here.extend(self.motion.coordinates().iter().map(|v| self.point[*v]));
     }
 
-    /// All that is nearer than `r` is at most so far from here.
+    /// Returns how far a point of the node within `r` of the query is from here at most.
     fn radius(&self, r: f64) -> f64 {
         (r * r - self.distance * self.distance).max(0.0).sqrt()
     }
@@ -119,7 +118,7 @@ impl<'a> Around<'a> {
             let [second, third] = self.motion.derivatives(radius);
             (self.second, self.third) = (second, third / 6.0);
             let slopes = self.motion.columns().iter().map(Vec3::norm).sum::<f64>();
-            self.slack = HELD * (slopes + self.second);
+            self.slack = LIMIT_TOLERANCE * (slopes + self.second);
         }
         let gradient = self.motion.columns().iter().map(|column| n.dot(column)).collect();
         Along { gradient, bent: Vec::new(), rest: 0.5 * self.second, needed, spread: 0.0, turned: 0.0, middle: *n }
@@ -132,13 +131,13 @@ impl<'a> Around<'a> {
         let eigen = nalgebra::DMatrix::from_row_slice(width, width, self.hessian.as_flattened()).symmetric_eigen();
         let mut order: Vec<usize> = (0..width).collect();
         order.sort_by(|i, j| eigen.eigenvalues[*j].total_cmp(&eigen.eigenvalues[*i]));
-        // What rounding does to the decomposition is far below.
+        // Far above the rounding error of the decomposition.
         let rounding = 1e-9 * self.second;
         let radius = self.radius(self.target);
         for &k in &order {
             let half = 0.5 * eigen.eigenvalues[k].max(0.0) + rounding;
             along.rest = half;
-            if along.bent.len() == MOST_BENDS || half * radius * radius < LEAST_BEND * along.needed {
+            if along.bent.len() == MAX_BENDS || half * radius * radius < MIN_BEND_SHARE * along.needed {
                 return;
             }
             along.bent.push(eigen.eigenvectors.column(k).iter().map(|x| x * half).collect());
@@ -146,8 +145,8 @@ impl<'a> Around<'a> {
         along.rest = rounding;
     }
 
-    /// Proved: all that is nearer than `r` misses the half-space with these signs, if it is at
-    /// least so far.
+    /// Returns offset and slope of the half-space with these signs for all points within `r`.
+    /// Proved: if the offset is at least the slope times `r`, no such point lies in it.
     fn offset(&mut self, along: &Along, signs: usize, r: f64) -> (f64, f64) {
         let radius = self.radius(r);
         self.row.clear();
@@ -167,7 +166,7 @@ impl<'a> Around<'a> {
         (left + dot(&self.row, &self.here), slope)
     }
 
-    /// A distance up to the target that the half-space with these signs has.
+    /// Returns a proved distance of the half-space with these signs, at most the target.
     fn near(&mut self, along: &Along, signs: usize) -> f64 {
         let target = self.target;
         let mut holds = |r: f64| {
@@ -177,7 +176,7 @@ impl<'a> Around<'a> {
         if holds(target) {
             return target;
         }
-        // Whatever was seen to hold is proved; it is the largest where holding ends once.
+        // Each distance that holds is proved. Bisection finds the largest if `holds` changes once.
         let (mut low, mut high) = (0.0, target);
         while high - low > 2e-3 * target {
             let middle = 0.5 * (low + high);
@@ -194,8 +193,9 @@ impl<'a> Around<'a> {
         (offset / slope.max(f64::MIN_POSITIVE)).clamp(-target, 0.0)
     }
 
-    /// Half-spaces that hold all that keeps one of three inequalities, with their distances, as far
-    /// as those are below the target: as few as bound hardly less than each corner's own.
+    /// Returns half-spaces nearer than the target that hold every displacement which satisfies one
+    /// of three inequalities. Prefers few half-spaces if they bound hardly less than those of each
+    /// corner.
     pub fn choice(&mut self, inequalities: &[(Vec3, f64); 3]) -> Vec<HalfSpace> {
         let target = self.target;
         let mut each = Vec::new();
@@ -207,9 +207,9 @@ impl<'a> Around<'a> {
             }
         }
         let least = |all: &[HalfSpace], of: fn(&HalfSpace) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
-        let near = least(&each, |half| half.near) - LEAST_LOSS * target;
+        let near = least(&each, |half| half.near) - MERGED_LOSS_SHARE * target;
         let depth = least(&each, |half| half.depth);
-        let depth = if depth > 0.0 { KEPT * depth } else { depth };
+        let depth = if depth > 0.0 { MERGED_DEPTH_SHARE * depth } else { depth };
         if each.len() <= 1 {
             return each;
         }
@@ -240,8 +240,8 @@ impl<'a> Around<'a> {
         }
     }
 
-    /// One inequality that holds wherever one of three does: along their middle, with what
-    /// gradients and Hessians differ by.
+    /// Returns one inequality that holds wherever one of three does: along their middle, less the
+    /// differences of gradients and Hessians.
     fn merged(&mut self, inequalities: &[(Vec3, f64); 3]) -> Along {
         let middle = inequalities.iter().map(|(n, _)| n).sum::<Vec3>().normalize();
         let needed = inequalities.iter().map(|(_, needed)| *needed).fold(f64::INFINITY, f64::min);
@@ -256,34 +256,33 @@ impl<'a> Around<'a> {
         along
     }
 
-    /// The nearest of the half-spaces of a direction.
+    /// Returns the distance of the nearest half-space of a direction.
     fn nearest(&mut self, along: &Along) -> f64 {
         (0..1 << along.bent.len()).map(|signs| self.near(along, signs)).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// One of the half-spaces of a direction.
 pub struct HalfSpace {
     along: Along,
-    /// Of the directions in which the Hessian bends.
+    /// Sign of the displacement along each bent direction, one bit each.
     signs: usize,
-    /// No point of it is nearer to the query.
+    /// No point of the half-space is nearer to the query than this.
     pub near: f64,
-    /// How far from it the point is that is looked at.
+    /// Distance of the expanded point from the half-space.
     depth: f64,
 }
 
-/// How far a step may be beyond limits, and a configuration that is held to them from it: a few
-/// times what the quadratic program lets pass.
-const HELD: f64 = 1e-9;
-/// Share of that depth which is kept where there are to be fewer.
-const KEPT: f64 = 0.8;
-/// Share of the target that half-spaces may be nearer for there to be fewer.
-const LEAST_LOSS: f64 = 0.02;
-/// Directions in which the Hessian bends that are parted by sign.
-const MOST_BENDS: usize = 2;
-/// A bend that counts less than this share of what is needed is not.
-const LEAST_BEND: f64 = 0.02;
+/// How far a step may exceed limits, and a configuration clamped to them may be from it: a few
+/// times the tolerance of the quadratic program.
+const LIMIT_TOLERANCE: f64 = 1e-9;
+/// Share of `HalfSpace::depth` that merged half-spaces have to keep.
+const MERGED_DEPTH_SHARE: f64 = 0.8;
+/// Share of the target by which merged half-spaces may be nearer.
+const MERGED_LOSS_SHARE: f64 = 0.02;
+/// Most directions of the Hessian that are split by sign.
+const MAX_BENDS: usize = 2;
+/// A bend that changes the distance by less than this share of the need is not split.
+const MIN_BEND_SHARE: f64 = 0.02;
 
 impl Parting for Around<'_> {
     fn place(&mut self, points: [&Vec3; 2]) {

@@ -1,13 +1,13 @@
 //! The proved lower bound on the penetration depth.
 //!
-//! A ball inside a link whose centre lies deep in a solid must travel at least `depth + radius +
-//! clearance` before the pair is clear. And two convex shapes of penetration depth `p` stay in
-//! collision while no point of one moves, relative to the other, by `p + clearance`: a plane that
-//! parts them afterwards, moved back by that much, would part them before. The motion bound turns
-//! these lengths into distances between configurations.
+//! A ball inside a link whose centre lies deep in a solid must travel at least
+//! `depth + radius + clearance` before the pair is clear. Two convex shapes of penetration depth
+//! `p` stay in collision while no point of one moves, relative to the other, by `p + clearance`.
+//! Otherwise a plane that separates them afterwards, moved back by that much, would have separated
+//! them before. The motion bound turns these lengths into distances between configurations.
 //!
-//! Read next: `inner_balls`, `combined` (what proves what), `directional` (the bound
-//! by directions), `cells`, `reach`, `branch_and_bound`.
+//! Read next: `inner_balls`, `combined` (all bounds together), `directional` (the bound by
+//! directions), `cells`, `reach`, `branch_and_bound`.
 
 pub mod branch_and_bound;
 mod cells;
@@ -26,21 +26,20 @@ use crate::math::{LANES, Pose, vectorized};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 use crate::scene::MetricKind;
 
-/// Blocks of balls of a body.
-const MOST_BLOCKS: usize = (BALLS + SURFACE_POINTS).div_ceil(LANES);
+const MAX_BLOCKS: usize = (BALLS + SURFACE_POINTS).div_ceil(LANES);
 
-/// How closely a bound looks.
+/// How much work a bound by balls may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoundEffort {
-    /// At a few balls of each body; balls inside a mesh tell how deep they lie in it, and one chord
-    /// of the motion bound how far that is.
+    /// Uses a few balls of each body. Depths in a mesh come from the balls inside it, and distances
+    /// from one chord of the motion bound.
     Quick,
-    /// At all balls, and at how deep they lie.
+    /// Uses all balls and their depths in the solid itself.
     Close,
 }
 
 /// Raises `bound` by the penetration depth of two convex shapes. The motion bound is a convex
-/// function of the point, so over a shape it is largest at a corner of any box around it.
+/// function of the point, so over a shape it is largest at a corner of any box around the shape.
 fn raise_by_overlap(
     context: &Context,
     overlap: &ConvexOverlap,
@@ -57,13 +56,12 @@ fn raise_by_overlap(
         [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
     {
         context.metric.motion_between(poses, of, relative_to, path);
-        // The least of what the corners allow.
         let mut allowed = ceiling;
         for position in corners {
             let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
             context.metric.motion_of(poses, &point, path);
             if path.bound(allowed) >= needed {
-                let start = bound + STEP * allowed;
+                let start = bound + MIN_GAIN_SHARE * allowed;
                 let low = (start, path.bound(start));
                 allowed = distance_along(path, low, allowed, needed, BoundEffort::Close).unwrap_or(bound);
             }
@@ -90,19 +88,19 @@ fn raise(
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
     let Balls { all, blocks } = &*context.balls.bodies[carrier];
     let most_balls = if look == BoundEffort::Quick { QUICK_BALLS } else { usize::MAX };
-    // A look at the triangles of a mesh takes longer than all else; open ones hold no balls.
+    // Depths in the triangles of a mesh take longer than all else. Open meshes hold no balls.
     let inside = Some(&*context.balls.bodies[solid])
         .filter(|inside| look == BoundEffort::Quick && !context.checker.is_convex(solid) && inside.hold_some());
     let pose_solid_carrier = poses[relative_to].inverse().then(&poses[of]);
     context.metric.motion_between(poses, of, relative_to, path);
     let levers = path.levers();
-    let mut start = bound + STEP * ceiling;
-    // Those that may prove most first: the others then seldom need a look.
+    let mut start = bound + MIN_GAIN_SHARE * ceiling;
+    // Balls that may prove most go first: the others then seldom need an exact depth.
     let (mut order, mut count) = ([BallPromise::default(); BALLS + SURFACE_POINTS], 0);
     vectorized(
         #[inline(always)]
         || {
-            let mut depths = [[0.0; LANES]; MOST_BLOCKS];
+            let mut depths = [[0.0; LANES]; MAX_BLOCKS];
             let blocks = &blocks[..most_balls.min(all.len()).div_ceil(LANES)];
             let (centres, depths) = (blocks.iter().map(|block| &block.centres), &mut depths[..blocks.len()]);
             match inside {
@@ -136,7 +134,8 @@ fn raise(
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
         context.metric.motion_of(poses, &point, path);
         let mut low = (start, path.bound(start));
-        // Too shallow to raise the bound, even if the point moves as little as one inside would.
+        // The ball is too shallow to raise the bound, even if its centre moves as little as a point
+        // inside the solid.
         if most <= low.1 {
             continue;
         }
@@ -153,20 +152,19 @@ fn raise(
         }
         let needed = depth + besides;
         bound = distance_along(path, low, ceiling, needed, look).unwrap_or(bound);
-        start = bound + STEP * ceiling;
+        start = bound + MIN_GAIN_SHARE * ceiling;
     }
     bound
 }
 
-/// What a ball may prove, seen from boxes around solids and from levers alone.
+/// An upper bound on what a ball may prove, from boxes around solids and from levers alone.
 #[derive(Clone, Copy, Default)]
 struct BallPromise {
-    /// Square of a distance between configurations that the ball proves no more than; infinite
-    /// where levers tell nothing.
+    /// Square of the distance between configurations that the ball cannot exceed; infinite if the
+    /// levers bound nothing.
     square: f64,
-    /// Farthest that the ball may have to go \[m\].
+    /// Upper bound on how far the ball has to move \[m\].
     most: f64,
-    /// Which ball.
     at: usize,
 }
 
@@ -176,15 +174,15 @@ impl BallPromise {
     }
 }
 
-/// A bound that can be raised by less than this share of its ceiling is left.
-const STEP: f64 = 1e-4;
+/// Stops raising a bound once it can gain at most this share of its ceiling.
+const MIN_GAIN_SHARE: f64 = 1e-4;
 
-/// Share by which quotients are lowered for rounding.
+/// Share by which quotients are lowered to stay below the exact ones after rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest distance in `[low.0, ceiling]`, up to a little, within which a path moves by less
-/// than `needed`; see [`largest_distance`]. Where motion is proportional to distance it is their
-/// quotient, from wherever one begins.
+/// Returns nearly the largest distance in `[low.0, ceiling]` within which a path moves by less than
+/// `needed`; see [`largest_distance`]. If motion is proportional to distance, it is their quotient,
+/// whatever `low` is.
 pub fn distance_along(
     path: &mut MotionPath,
     low: (f64, f64),
@@ -199,14 +197,13 @@ pub fn distance_along(
     (quotient > low.0).then_some(quotient)
 }
 
-/// The largest distance in `[low.0, ceiling]`, up to a little, for which `moved` is below `needed`:
-/// seen, or in a quick look by convexity alone. `None` where there is none. `low.1` is
-/// `moved(low.0)`.
+/// Returns nearly the largest distance in `[low.0, ceiling]` for which `moved` is below `needed`,
+/// or `None` if there is none. `low.1` is `moved(low.0)`.
 ///
-/// `moved` grows from 0 and is convex, as motion bounds are. So it is at least proportional beyond
-/// `low`, which tells where to stop looking; and a chord lies above it and so meets `needed` on the
-/// safe side. Near-linear ones take two or three steps; a quick look takes the first chord and does
-/// not look there: 0.003 of the bound is lost.
+/// `moved` has to grow from 0 and be convex, as motion bounds are. It is then at least proportional
+/// beyond `low`, which bounds the search; and a chord lies above it, so it meets `needed` on the
+/// safe side. Near-linear functions take two or three steps. A quick bound takes the first chord
+/// without evaluating `moved` there, which loses 0.003 of the bound.
 pub fn largest_distance(
     mut low: (f64, f64),
     ceiling: f64,
@@ -235,7 +232,7 @@ pub fn largest_distance(
         } else {
             high = (middle, at);
         }
-        if gained <= STEP * ceiling {
+        if gained <= MIN_GAIN_SHARE * ceiling {
             break;
         }
     }

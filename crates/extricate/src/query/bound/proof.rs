@@ -1,5 +1,5 @@
-//! What is proved of a query while it is searched, and whether that is enough to stop. Not the
-//! search that closes the gap.
+//! The lower bound that is proved while a query is searched, and whether it suffices to stop.
+//! Effort `proved` closes the remaining gap by `branch_and_bound`.
 
 use super::branch_and_bound::Branches;
 use super::combined::{BoundScratch, Splits, lower_bound};
@@ -9,64 +9,65 @@ use crate::query::context::Context;
 use crate::query::options::Effort;
 use crate::scene::{MetricKind, PairId};
 
-/// What is proved of a query, or of the group that is searched, and memory for it.
+/// The lower bound of a query, or of the group that is searched, and memory to compute it.
 #[derive(Default)]
 pub struct Proof {
-    /// Share of the depth that need not be proved, if that ends the search.
+    /// The search ends once at most this share of the depth is unproved; `None` if a bound never
+    /// ends it.
     pub gap: Option<f64>,
     /// The pairs that have to part.
     pub colliding: Vec<PairId>,
-    /// How closely bounds look.
+    /// How finely directions are split; `None` if bounds use balls alone.
     splits: Option<Splits>,
-    /// Nothing free is nearer.
+    /// No free configuration is nearer than this (metric units).
     proved: f64,
-    /// The depth when that was told.
+    /// Depth at the last computation of `proved`; infinite if a computation is due.
     told_at: f64,
     scratch: BoundScratch,
-    /// For branch and bound.
+    /// State of branch and bound.
     pub branches: Branches,
 }
 
-/// A bound is told anew once an exit is nearer than this share: bounds on what bends are of all
-/// that is as near as it.
-const NEARER: f64 = 0.8;
+/// Recompute the bound once the depth falls below this share of the depth at the last computation:
+/// curvature bounds tighten with the search radius.
+const RECOMPUTE_DEPTH_SHARE: f64 = 0.8;
 
-/// How closely bounds look at directions.
+/// Pairs and cell splits of a bound.
 const SPLITS: Splits = Splits { pairs: 2, each: 80 };
-/// The same if searches are long.
+/// Pairs and cell splits of a bound in efforts `exhaustive` and `proved`.
 const CLOSE_SPLITS: Splits = Splits { pairs: 8, each: 192 };
 
 impl Proof {
-    /// Begins a query; `gap` if that ends its search.
+    /// Begins a query whose search ends at `gap`, if one is given.
     pub fn begin(&mut self, effort: Effort, gap: Option<f64>) {
         self.gap = gap;
         self.splits = (effort != Effort::Nearest).then_some(SPLITS);
         self.begin_group(std::iter::empty());
     }
 
-    /// Looks more closely from now on, and ends the search at another gap.
+    /// Computes finer bounds from now on, and ends the search at another gap.
     pub fn look_closely(&mut self, gap: Option<f64>) {
         (self.gap, self.splits, self.told_at) = (gap, Some(CLOSE_SPLITS), f64::INFINITY);
     }
 
-    /// Begins anew, with the pairs that have to part.
+    /// Forgets the bound and begins a group in which the `colliding` pairs have to part.
     pub fn begin_group(&mut self, colliding: impl Iterator<Item = PairId>) {
         (self.proved, self.told_at) = (0.0, f64::INFINITY);
         self.set_colliding(colliding);
     }
 
-    /// Says which pairs have to part, of which something may have been proved.
+    /// Replaces the pairs that have to part, and keeps the bound.
     pub fn set_colliding(&mut self, colliding: impl Iterator<Item = PairId>) {
         self.colliding.clear();
         self.colliding.extend(colliding);
     }
 
-    /// What was proved so far, if anything was.
+    /// Returns the bound, if one was computed.
     pub fn told(&self) -> Option<f64> {
         self.told_at.is_finite().then_some(self.proved)
     }
 
-    /// Takes over what was proved of each group, at this depth of them all.
+    /// Combines the bounds of all groups, computed at their common `depth`.
     pub fn take_groups(&mut self, kind: MetricKind, bounds: &[f64], depth: f64) {
         self.told_at = depth;
         self.proved = match kind {
@@ -75,14 +76,14 @@ impl Proof {
         };
     }
 
-    /// Takes over what something else proves.
+    /// Raises the bound to one that was proved elsewhere.
     pub fn raise(&mut self, bound: f64) {
         self.proved = self.proved.max(bound);
     }
 
-    /// What is proved at a depth, which is its most.
+    /// Returns the bound at a depth, and at most that depth.
     pub fn bound(&mut self, context: &Context, anchor: &Anchor, depth: f64, check: &mut CheckScratch) -> f64 {
-        if depth < NEARER * self.told_at {
+        if depth < RECOMPUTE_DEPTH_SHARE * self.told_at {
             let how = (self.splits, depth);
             let bound = lower_bound(context, anchor, &self.colliding, how, &mut self.scratch, check);
             (self.proved, self.told_at) = (self.proved.max(bound), depth);
@@ -90,7 +91,7 @@ impl Proof {
         self.proved.min(depth)
     }
 
-    /// Whether what is proved at a depth leaves no more than the gap that was requested.
+    /// Whether the bound at a depth leaves no more than the requested gap.
     pub fn is_enough(&mut self, context: &Context, anchor: &Anchor, depth: f64, check: &mut CheckScratch) -> bool {
         let Some(gap) = self.gap else { return false };
         self.bound(context, anchor, depth, check) >= (1.0 - gap) * depth

@@ -1,4 +1,4 @@
-//! Balls against exact depths, and what quick looks rest on.
+//! Depths by balls against exact depths, and the convexity that quick bounds rest on.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ fn points_lie_at_least_as_deep_as_balls_say() {
         let checker = Checker::new(builtin::scene(name).unwrap().into());
         let of_bodies = InnerBalls::new(&checker, None).bodies;
         for (body, balls) in of_bodies.iter().enumerate().filter(|(_, balls)| !balls.all.is_empty()) {
-            // At a centre too, where digits are lost most easily.
+            // Test a centre too, because most digits are lost there.
             let centre = balls.all[0].centre;
             let mut depths = [[0.0; LANES]];
             balls.depths(&Pose::identity(), [[centre.x, centre.y, centre.z].map(|x| [x; LANES])].iter(), &mut depths);
@@ -49,7 +49,7 @@ fn points_lie_at_least_as_deep_as_balls_say() {
     assert!(inside > 500 && told > 0.4 * exact, "{inside} {told} {exact}");
 }
 
-/// What the chord of a quick look rests on.
+/// A quick bound takes a chord of the motion bound, which is safe if the motion bound is convex.
 #[test]
 fn motion_bounds_are_convex() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);

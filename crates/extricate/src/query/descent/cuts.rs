@@ -1,24 +1,23 @@
-//! Constraints from steps that were not taken, and when they are not to be believed.
+//! Cuts: constraints from the contacts that a rejected step ran into.
 
 use crate::collision::{Checker, Contact};
 use crate::math::{Pose, Vec3};
 
-/// Contacts of a pair nearer than this \[m\] on either body tell the same.
-const SAME_PLACE: f64 = 5e-4;
+/// Two contacts of a pair within this distance \[m\] on either body are the same.
+const CONTACT_MERGE_M: f64 = 5e-4;
 
-/// What the last step that was not taken added.
+/// The constraints that the last rejected step added.
 #[derive(Debug, Clone, Copy)]
 pub struct Cut {
-    /// Contacts that were known before.
+    /// Number of contacts before the cut; those after it are dropped with it.
     pub known_before: usize,
-    /// Radius of the trust region to go on with where it is dropped.
+    /// Radius of the trust region after the cut is dropped.
     pub shorter: f64,
 }
 
-/// Adds to `contacts` what a step that was not taken ran into, `hit` at `hit_poses`, where it is
-/// without the step, at `poses`: the same points of the same bodies, apart along the same normal.
-/// Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the
-/// step.
+/// Adds to `contacts` those that a rejected step ran into (`hit`, at `hit_poses`), moved back to
+/// `poses`: the same points of the same bodies, apart along the same normal. Returns whether any
+/// was new. Skips overlaps of which the step caused at most half, since they say little about it.
 pub fn add_cuts(
     checker: &Checker,
     (contacts, poses): (&mut Vec<Contact>, &[Pose]),
@@ -35,7 +34,8 @@ pub fn add_cuts(
         let point_second = here(pair.second, &contact.point_second);
         let same = |other: &Contact| {
             other.pair == contact.pair
-                && (other.point_first - point_first).norm().min((other.point_second - point_second).norm()) < SAME_PLACE
+                && (other.point_first - point_first).norm().min((other.point_second - point_second).norm())
+                    < CONTACT_MERGE_M
         };
         let distance = contact.normal.dot(&(point_first - point_second)) - checker.excess(contact.pair.index());
         if 2.0 * (distance - contact.distance) > clearance - contact.distance && !contacts.iter().any(same) {
@@ -80,9 +80,9 @@ mod tests {
         text
     }
 
-    /// A peg lies below the block, sunk in by 0.2208, and a descent begins where it is turned and
-    /// off to the side. Its long steps along the face end deep in the block; with what these teach
-    /// no way seems to be left, and it ended at 0.236.
+    /// A peg lies below the block, sunk in by 0.2208, and a descent begins rotated and off to the
+    /// side. Its long steps along the face end deep in the block. The cuts of these steps seemed to
+    /// leave no way, and the descent used to end at 0.236.
     #[test]
     fn a_descent_along_a_face_does_not_end_for_what_a_deep_overlap_taught() {
         let toml = "metric = { kind = 'object-norm' }\n[[robot]]\nurdf = 'peg.urdf'\nbase = 'floating'\n\

@@ -23,83 +23,82 @@ use prune::Pruning;
 pub use start::Start;
 use subproblem::Subproblem;
 
-/// What a descent aims at beyond the clearance \[m\], so that a linearised step ends on the free
-/// side.
+/// A descent aims at this much more than the clearance \[m\], so that a linearised step ends on the
+/// free side.
 ///
-/// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one
-/// metre.
-const SLACK: f64 = 1e-7;
-/// Along raw meshes, the same as a share of the length that the descent's tolerance stands for.
+/// It costs depth: this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
+const SLACK_M: f64 = 1e-7;
+/// The slack along raw meshes, as a share of the length to which the descent's tolerance
+/// corresponds.
 const SLACK_SHARE: f64 = 0.05;
-/// Contacts nearer than this are always looked at \[m\].
-const LEAST_MARGIN: f64 = 0.001;
-/// The trust region shrinks to this share of a step that was not taken.
-const SHRINK: f64 = 0.35;
-/// Where contacts overlap and no step longer than this share of the distance to the query makes
-/// that better, a descent is stuck: with 0.01 queries take a twenty-fifth fewer checks, and under
-/// the metrics of bodies one in fifty more ends over 1 % farther.
-const STUCK: f64 = 0.001;
-/// A step shorter than this share of the space's diameter is none.
-const NO_STEP: f64 = 1e-12;
-/// What leads to a known end, and not nearer than this share of the incumbent, is left to the last
-/// descent, which goes to every digit.
-const HARDLY_NEARER: f64 = 0.99;
+/// Contacts within this of the clearance are always evaluated \[m\].
+const MIN_MARGIN_M: f64 = 0.001;
+/// The trust region shrinks to this share of a rejected step.
+const REJECTED_STEP_SHARE: f64 = 0.35;
+/// An overlapping descent is stuck if no step longer than this share of the distance to the query
+/// helps. With 0.01 queries take a twenty-fifth fewer checks, but under the metrics of bodies one
+/// query in fifty more ends over 1 % farther.
+const STUCK_STEP_SHARE: f64 = 0.001;
+/// A step shorter than this share of the space's diameter counts as zero.
+const ZERO_STEP_SHARE: f64 = 1e-12;
+/// A descent toward a known end is given up if it is not expected to end nearer than this share of
+/// the incumbent. The last descent finds the remaining digits.
+const KNOWN_END_SHARE: f64 = 0.99;
 
-/// How far a descent goes.
+/// Effort and accuracy of a descent.
 #[derive(Debug, Clone, Copy)]
 pub struct DescentOptions {
-    /// Most iterations; each evaluates the near contacts once.
+    /// Most iterations; each mostly evaluates the near contacts once.
     pub iterations: usize,
-    /// Pairs nearer than this are constraints \[m\], where that is not more than `reach` asks for.
+    /// Largest distance \[m\] beyond the clearance at which contacts are constraints.
     pub margin: f64,
-    /// The same as a share of the farthest that any point may have to move.
+    /// The same limit as a share of the farthest motion of any point; the smaller limit holds.
     pub reach: f64,
-    /// How their contacts are searched for.
+    /// How contacts are searched for.
     pub search: ContactSearch,
-    /// First radius of the trust region, as a share of the distance to the query.
+    /// Initial radius of the trust region, as a share of the distance to the query.
     pub radius: f64,
-    /// Ends when a step would change the depth by less than this share of it.
+    /// The descent ends if a step would change the depth by less than this share of it.
     pub tolerance: f64,
 }
 
-/// How a descent came out.
+/// Why a descent ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Given up: it leads beyond what it had to beat.
+    /// It was given up because it cannot beat the incumbent.
     Pruned,
-    /// Given up: it leads to where another one ended.
+    /// It was given up because it leads to the end of another descent.
     Known,
-    /// It came to an end of its own, or spent what it might.
+    /// It converged, got stuck, or spent its iterations or the budget.
     Ended,
 }
 
 /// Memory that descents reuse.
 #[derive(Default)]
 pub struct DescentScratch {
-    /// The nearest configuration of the last descent whose contacts all kept the clearance, where
-    /// there was one.
+    /// The nearest configuration of the last descent whose contacts all kept the clearance, if any.
     pub best: Vec<f64>,
-    /// Where it stood when it ended.
+    /// Configuration at which the last descent ended.
     pub end: Vec<f64>,
     trial: Vec<f64>,
     subproblem: Subproblem,
     poses: Vec<Pose>,
     contacts: Vec<Contact>,
-    /// What a step that was not taken ran into.
+    /// Poses and contacts at the end of a rejected step.
     hit_poses: Vec<Pose>,
     hit: Vec<Contact>,
 }
 
 /// Minimises the distance to the anchor from `start`, subject to clearance and limits.
 ///
-/// Each iteration linearises the signed distances of the near contacts, solves a quadratic program
-/// in a trust region and accepts the step if a merit function (half the squared distance plus a
-/// penalty on the worst violation) falls. A descent that is not expected to beat the incumbent, or
-/// to end elsewhere than another one of the search, is given up.
+/// Each iteration linearises the signed distances of the near contacts and solves a quadratic
+/// program in a trust region. It accepts the step if a merit function falls: half the squared
+/// distance plus a penalty on the worst violation. A descent is given up if it is not expected to
+/// beat the incumbent, or to end elsewhere than other descents of the search.
 ///
 /// # Guarantee
 /// `Some(depth)` with a configuration in `scratch.best` whose contacts all kept the clearance; the
-/// caller verifies it with the exact checker. `None` where no such configuration was met.
+/// caller verifies it with the exact checker. `None` if no such configuration was met.
 pub fn descend(
     context: &Context,
     anchor: &Anchor,
@@ -122,7 +121,6 @@ pub fn descend(
     (descent.found, Outcome::Ended)
 }
 
-/// One descent.
 struct Descent<'a> {
     context: &'a Context<'a>,
     anchor: &'a Anchor,
@@ -130,25 +128,25 @@ struct Descent<'a> {
     options: &'a DescentOptions,
     scratch: &'a mut DescentScratch,
     evaluator: &'a mut Evaluator,
-    /// Those of the start, until contacts are evaluated.
+    /// Contact planes of the start, until contacts are evaluated.
     planes: Option<Planes<'a>>,
-    /// Whether contacts below the clearance tell all that collides.
+    /// Whether a configuration without contacts below the clearance is free.
     is_complete: bool,
-    /// Of the present configuration, in metric units.
+    /// Distance of the present configuration from the query (metric units).
     distance: f64,
-    /// By how much \[m\] its worst contact misses the clearance.
+    /// By how much \[m\] the worst contact misses the clearance.
     violation: f64,
     /// How far beyond the clearance contacts are evaluated, now and at most \[m\].
     margin: f64,
     widest: f64,
-    /// Of the trust region, in metric units.
+    /// Radius of the trust region (metric units).
     radius: f64,
     penalty: f64,
     cut: Option<Cut>,
     was_rejected: bool,
     /// Whether the linearised contacts contradict each other.
     contradicts: bool,
-    /// Depth of the best.
+    /// Depth of the best configuration.
     found: Option<f64>,
 }
 
@@ -167,16 +165,16 @@ impl<'a> Descent<'a> {
             x.extend_from_slice(start.config);
         }
         let (metric, distance) = (context.metric, evaluator.distance(context, anchor, start.config));
-        // The lever is the largest there is and most pairs part or meet at a fraction of it: five
-        // times less finds the same answers, a fourth of it (for a hand, whose fingers are all
-        // within a wide margin of each other) other ones.
-        let widest = (options.reach * distance * metric.lever()).clamp(LEAST_MARGIN, options.margin);
+        // The lever is the largest of all points, and most pairs part or meet at a fraction of it.
+        // A reach of a tenth finds the same answers as half. A quarter of that finds other answers
+        // for a hand, whose fingers are all near each other.
+        let widest = (options.reach * distance * metric.lever()).clamp(MIN_MARGIN_M, options.margin);
         let is_complete = context.checker.contacts_are_complete(options.search);
-        scratch.subproblem.slack = SLACK;
+        scratch.subproblem.slack = SLACK_M;
         if !is_complete {
-            // Between triangles the linearised distances are off by micrometres, and one more look
-            // at the meshes takes as long as ten at their pieces.
-            scratch.subproblem.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * metric.lever());
+            // Between triangles the linearised distances are off by micrometres, and one more
+            // evaluation of the meshes takes as long as ten of their pieces.
+            scratch.subproblem.slack = SLACK_M.max(SLACK_SHARE * options.tolerance * distance * metric.lever());
         }
         Self {
             planes: start.planes.filter(|_| start.are_all),
@@ -200,8 +198,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Whether what is known of the start tells that it leads nowhere. Where its planes are not
-    /// all, others only lead farther.
+    /// Whether the contact planes of the start already show that it is of no use. If some contacts
+    /// have no plane, these only lead farther.
     fn starts_in_vain(&mut self, start: &Start) -> bool {
         let Some(planes) = start.planes else { return false };
         let Self { context, scratch, .. } = self;
@@ -224,7 +222,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Contacts of the present configuration, and by how much the worst misses the clearance.
+    /// Evaluates the contacts of the present configuration; returns by how much \[m\] the worst
+    /// misses the clearance.
     fn evaluate_here(&mut self) -> f64 {
         let query = ContactQuery { margin: self.context.clearance + self.margin, search: self.options.search };
         let violation = self.evaluator.contacts_at(self.context, &self.scratch.end, query);
@@ -232,7 +231,7 @@ impl<'a> Descent<'a> {
         violation
     }
 
-    /// Takes over the contacts and poses that were evaluated last.
+    /// Copies the contacts and poses of the last evaluation.
     fn take_evaluated(&mut self) {
         self.planes = None;
         self.scratch.contacts.clone_from(&self.evaluator.contacts);
@@ -240,9 +239,9 @@ impl<'a> Descent<'a> {
         self.scratch.poses.extend_from_slice(self.evaluator.check.poses());
     }
 
-    /// Goes back to what was known before the last cut. A deep overlap may tell of a depth and a
-    /// direction that have nothing to do with where the step began; then no way seems to be left,
-    /// though a shorter step would do.
+    /// Drops the last cut, if there is one. Depth and direction of a deep overlap may have nothing
+    /// to do with the beginning of the step. Then no way seems to be left, though a shorter step
+    /// would do.
     fn drops_cut(&mut self) -> bool {
         let Some(Cut { known_before, shorter }) = self.cut.take() else { return false };
         self.scratch.contacts.truncate(known_before);
@@ -263,10 +262,10 @@ impl<'a> Descent<'a> {
             None => subproblem.build(context, x, self.radius, (contacts, poses)),
         };
         let bends = !subproblem.quadratic.rows.is_empty();
-        // What planes alone say of the first step was looked at before.
+        // The planes of the start were tested against the limit before.
         let limit = if self.planes.is_some() { f64::INFINITY } else { self.pruning.limit(iteration) };
         let has_looked = iteration > 0 || self.planes.is_some();
-        // Where it overlaps, a model may have no solution, which is not to be taken for a far one.
+        // The program of an overlapping configuration may be infeasible, which does not mean far.
         let may_end = has_looked && self.violation <= 0.0 && !bends;
         let most = if may_end { 0.5 * (limit.powi(2) - self.distance * self.distance) } else { f64::INFINITY };
         let outcome = subproblem.solve(most);
@@ -282,8 +281,8 @@ impl<'a> Descent<'a> {
             4.0 * self.distance * self.distance / context.clearance.max(1e-3)
         };
         self.penalty = self.penalty.max(wanted);
-        // At the rim of the trust region, a model with rows of its own has not said yet how far it
-        // may lead.
+        // If the metric's model has rows of its own, a step to the rim of the trust region does not
+        // yet show how far the descent may lead.
         if outcome == QpOutcome::Solved
             && (!at_rim || !bends)
             && let Some(outcome) = self.is_done(has_looked, limit)
@@ -291,16 +290,17 @@ impl<'a> Descent<'a> {
             return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(outcome) };
         }
         let least = self.options.tolerance * self.distance.max(1e-6 * self.context.scale);
-        // Contacts whose normals no joint can follow leave an overlap as it is.
-        let leads_nowhere = length <= NO_STEP * self.context.scale;
+        // If no joint can move along the normals of the contacts, the step is zero and the overlap
+        // stays.
+        let leads_nowhere = length <= ZERO_STEP_SHARE * self.context.scale;
         if leads_nowhere || (length <= least && self.violation <= 0.0) {
             return ControlFlow::Break(Outcome::Ended);
         }
         self.try_step(length, at_rim)
     }
 
-    /// Whether the solution of the program leads beyond the limit, to a known end, or hardly nearer
-    /// than where the descent stands.
+    /// Returns an outcome if the program leads beyond the limit, to a known end, or hardly nearer
+    /// than the present configuration.
     fn is_done(&mut self, has_looked: bool, limit: f64) -> Option<Outcome> {
         let DescentScratch { end: x, subproblem, .. } = &mut *self.scratch;
         let space = &self.context.checker.scene().space;
@@ -309,7 +309,7 @@ impl<'a> Descent<'a> {
             return Some(Outcome::Pruned);
         }
         if has_looked
-            && expected > HARDLY_NEARER * self.pruning.incumbent
+            && expected > KNOWN_END_SHARE * self.pruning.incumbent
             && subproblem.leads_to_an_end(space, x, &self.pruning)
         {
             return Some(Outcome::Known);
@@ -318,7 +318,7 @@ impl<'a> Descent<'a> {
         is_still.then_some(Outcome::Ended)
     }
 
-    /// Evaluates the contacts where the step leads, and takes it if it is worth it.
+    /// Evaluates the contacts at the end of the step, and accepts it if the merit function falls.
     fn try_step(&mut self, length: f64, at_rim: bool) -> ControlFlow<Outcome> {
         let Self { context, scratch, evaluator, .. } = self;
         let DescentScratch { end: x, trial, best, subproblem, .. } = &mut **scratch;
@@ -326,13 +326,13 @@ impl<'a> Descent<'a> {
         let distance = evaluator.distance(context, self.anchor, trial);
         let query = ContactQuery { margin: context.clearance + self.margin, search: self.options.search };
         let mut violation = evaluator.contacts_at(context, trial, query);
-        // Well below what the exact check may differ by from a contact.
-        let sure = if self.is_complete { -0.1 * SLACK } else { 0.0 };
+        // The exact check differs from contacts by far less than this.
+        let sure = if self.is_complete { -0.1 * SLACK_M } else { 0.0 };
         if violation <= sure && self.found.is_none_or(|depth| distance < depth) {
             if !self.is_complete && evaluator.label(context, trial) == Label::Colliding {
-                // Contacts propose, the exact check decides: a body inside another has no near
+                // Contacts propose and the exact check decides: a body inside another has no near
                 // contact.
-                violation = context.clearance.max(SLACK);
+                violation = context.clearance.max(SLACK_M);
             } else {
                 best.clone_from(trial);
                 self.found = Some(distance);
@@ -353,7 +353,7 @@ impl<'a> Descent<'a> {
         let change = (self.distance - distance).abs() / self.distance.max(1e-300);
         let done = change < self.options.tolerance && self.violation <= 0.0 && violation <= 0.0;
         (self.distance, self.violation) = (distance, violation);
-        self.margin = (length * self.context.metric.lever()).clamp(LEAST_MARGIN, self.widest);
+        self.margin = (length * self.context.metric.lever()).clamp(MIN_MARGIN_M, self.widest);
         if at_rim {
             self.radius *= 2.0;
         }
@@ -361,10 +361,12 @@ impl<'a> Descent<'a> {
         if done { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }
     }
 
-    /// Flat on a face, contacts do not tell of all corners and the step turns another one into the
-    /// face: once that is known, a step as long may do.
+    /// Adds the contacts of the rejected step as cuts. Keeps the radius if some are new and the
+    /// step before was accepted. If a body lies flat on a face, contacts miss some of its corners,
+    /// and a step may rotate one of them into the face. With the cut, a step of the same length may
+    /// succeed.
     fn reject(&mut self, length: f64) -> ControlFlow<Outcome> {
-        // Shorter steps would mostly end here too: such descents took half of the checks of a
+        // Shorter steps mostly get stuck here too. Such descents took half of the checks of a
         // search and found an exit in one of some hundred queries. Other starts find more.
         if self.contradicts && self.violation > 0.0 && self.pruning.exits.is_some() {
             return ControlFlow::Break(Outcome::Ended);
@@ -379,16 +381,16 @@ impl<'a> Descent<'a> {
         let DescentScratch { contacts, poses, hit, hit_poses, .. } = &mut *self.scratch;
         let known_before = contacts.len();
         let learned = add_cuts(self.context.checker, (contacts, poses), (hit, hit_poses));
-        let shorter = SHRINK * length.min(self.radius);
-        // Along smooth contacts and under the metric of the joints dropping it finds nothing
-        // nearer, for up to a twenty-fifth more checks.
+        let shorter = REJECTED_STEP_SHARE * length.min(self.radius);
+        // Along smooth contacts and under the joint metric, dropping cuts finds nothing nearer for
+        // up to a twenty-fifth more checks.
         let may_drop = self.context.metric.kind() != MetricKind::Joint || !self.is_complete;
         self.cut = (learned && may_drop).then_some(Cut { known_before, shorter });
         if !learned || self.was_rejected {
             self.radius = shorter;
         }
         self.was_rejected = true;
-        let least = if self.violation > 0.0 { STUCK } else { self.options.tolerance };
+        let least = if self.violation > 0.0 { STUCK_STEP_SHARE } else { self.options.tolerance };
         if self.radius < least * self.distance { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }
     }
 }

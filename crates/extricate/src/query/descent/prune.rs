@@ -1,5 +1,5 @@
-//! Which starts and descents are given up: those that lead farther than the incumbent, or to an end
-//! that is known.
+//! Pruning: gives up starts and descents that cannot beat the incumbent, or that lead to a known
+//! end.
 
 use super::subproblem::Subproblem;
 use crate::cspace::ConfigSpace;
@@ -8,39 +8,37 @@ use crate::query::exits::Exits;
 use crate::query::qp::QpOutcome;
 use crate::samples::contact_planes::Planes;
 
-/// What a descent has to beat.
+/// The limits that a descent has to beat.
 #[derive(Clone, Copy)]
 pub struct Pruning<'a> {
-    /// Depth of the nearest exit; if several are wanted, of the last of them.
+    /// Depth of the nearest exit, or of the last wanted exit if several are wanted.
     pub incumbent: f64,
-    /// A start whose contact planes put the projection of the query farther than this times the
-    /// incumbent is given up.
+    /// A start is given up if the projection of the query on its contact planes is farther than
+    /// this times the incumbent.
     pub factor: f64,
-    /// Where other descents of the search ended, if descents that lead there are given up.
+    /// Ends of other descents, if descents that lead there are given up.
     pub exits: Option<&'a Exits>,
 }
 
-/// The projection is looked for as far as this times the distance of the start: beyond any that
-/// counts.
-const FAR: f64 = 3.0;
+/// The projection is searched within this times the distance of the start, beyond any that counts.
+const PROJECTION_RADIUS_FACTOR: f64 = 3.0;
 
 impl Pruning<'_> {
-    /// For a descent that other ones do not end.
+    /// Creates the limits of a descent that the ends of other descents do not stop.
     pub fn alone(incumbent: f64) -> Self {
         Self { incumbent, factor: 1.0, exits: None }
     }
 
-    /// How far a descent may be expected to end after so many iterations: what it sees of its end
-    /// gets better with every one of them.
+    /// Returns how far a descent may be expected to end after an iteration. The limit falls because
+    /// the expectation improves with every iteration.
     pub fn limit(&self, iteration: usize) -> f64 {
         (1.0 + (self.factor - 1.0) * 0.5_f64.powi(iteration as i32)) * self.incumbent
     }
 }
 
 impl Subproblem {
-    /// Whether the contact planes of `x` (`distance` from the query) put the projection of the
-    /// query on them beyond what a start may lead to, or at a known end. The model has to be that
-    /// of `x`.
+    /// Whether the projection of the query on the contact planes of `x` (`distance` from the query)
+    /// is beyond the limit or at a known end. The quadratic model has to be that of `x`.
     pub fn projection_is_of_no_use(
         &mut self,
         space: &ConfigSpace,
@@ -53,7 +51,7 @@ impl Subproblem {
         if self.quadratic.hessian.is_diagonal() && self.one_plane_leads_beyond(planes, limit) {
             return true;
         }
-        self.build_from_planes(space, x, FAR * distance, (planes, &[]));
+        self.build_from_planes(space, x, PROJECTION_RADIUS_FACTOR * distance, (planes, &[]));
         let most = 0.5 * (limit.powi(2) - distance * distance);
         match self.solve(most) {
             QpOutcome::Above => true,
@@ -62,7 +60,7 @@ impl Subproblem {
         }
     }
 
-    /// Whether the step of the program leads from `x` to where another descent ended.
+    /// Whether the step of the program leads from `x` to the end of another descent.
     pub fn leads_to_an_end(&mut self, space: &ConfigSpace, x: &[f64], pruning: &Pruning) -> bool {
         let Self { quadratic, rest, low, qp, .. } = self;
         rest.resize(low.len(), 0.0);
@@ -73,14 +71,13 @@ impl Subproblem {
         })
     }
 
-    /// Whether one of the planes alone is farther than `limit` from the query, the Hessian being
-    /// diagonal: then so is the projection on all of them. Tells nearly all of those that are,
-    /// without a program.
+    /// Whether a single plane is farther than `limit` from the query; then so is the projection on
+    /// all. Needs a diagonal Hessian. Finds nearly all far projections without a quadratic program.
     fn one_plane_leads_beyond(&mut self, planes: Planes, limit: f64) -> bool {
         let Self { quadratic, step, inverse_weights, slack, .. } = self;
         inverse_weights.clear();
         inverse_weights.extend(quadratic.hessian.entries().iter().map(|h| 1.0 / h));
-        // Back to the query.
+        // The step back to the query.
         step.clear();
         step.extend(quadratic.gradient.iter().zip(&*inverse_weights).map(|(slope, inverse)| -slope * inverse));
         let limit_squared = limit * limit;
@@ -115,7 +112,8 @@ mod tests {
             space.integrate(&x, &step, &mut q);
             q
         };
-        // Toward the query along the first coordinate, a plane ends the way after 0.3 of 1.
+        // The query is 1 away along the first coordinate, and a plane stops the way there after
+        // 0.3.
         let mut tangents = ContactPlanes::new(nv);
         let mut toward = vec![0.0; nv];
         toward[0] = -1.0;

@@ -1,28 +1,28 @@
-//! Where a descent starts, and what is known of it.
+//! Start of a descent: a configuration and its known contact planes.
 
 use crate::query::context::Stored;
 use crate::samples::contact_planes::Planes;
 
-/// Where a descent starts.
+/// A configuration from which a descent starts, with its known contact planes.
 #[derive(Clone, Copy)]
 pub struct Start<'a> {
     /// The configuration; it may collide.
     pub config: &'a [f64],
-    /// Its contacts, where it is free and they are known: the first step then needs no look at
-    /// them.
+    /// Contact planes of a free configuration, if known; the first step then evaluates no contacts.
     pub planes: Option<Planes<'a>>,
-    /// Whether it has no others: only then the planes tell where it is safe to go, else they only
-    /// tell where it leads nowhere.
+    /// Whether the planes cover all near contacts. If not, they can only prune the start, and the
+    /// first step evaluates contacts.
     pub are_all: bool,
 }
 
 impl<'a> Start<'a> {
-    /// From a configuration of which nothing is known.
+    /// Creates a start without known contacts.
     pub fn at(config: &'a [f64]) -> Self {
         Self { config, planes: None, are_all: false }
     }
 
-    /// From a stored sample, at `config` if joints are held still, with what is known of it.
+    /// Creates a start from a stored sample and its planes that hold. `config` is the sample,
+    /// possibly with some joints held still.
     pub fn stored(stored: &Stored<'a>, sample: u32, config: &'a [f64]) -> Self {
         let planes = stored.samples.planes(sample);
         let holding = |planes: Planes<'a>| stored.holding.map_or(planes, |holding| planes.of_pairs(holding));

@@ -1,4 +1,4 @@
-//! The quadratic program of one iteration: what it is made of, and what becomes of its step.
+//! The quadratic program of one iteration of a descent, and its step.
 
 use crate::collision::Contact;
 use crate::cspace::{ConfigSpace, Manifold};
@@ -9,29 +9,30 @@ use crate::query::context::Context;
 use crate::query::qp::{Qp, QpOutcome};
 use crate::samples::contact_planes::Planes;
 
-/// Half the squared distance as the metric's model has it, subject to linearised contacts, joint
+/// Minimises the metric's model of half the squared distance, subject to linearised contacts, joint
 /// limits and a trust region.
 #[derive(Default)]
 pub struct Subproblem {
-    /// The model of the metric at the present configuration.
+    /// Model of half the squared distance at the present configuration.
     pub quadratic: Quadratic,
-    /// What a descent aims at beyond the clearance \[m\].
+    /// Target distance beyond the clearance \[m\].
     pub slack: f64,
-    /// The tangent part of the last solution, within the box.
+    /// Tangent part of the last solution, clamped to the box.
     pub step: Vec<f64>,
     pub(crate) qp: Qp,
     pub(crate) low: Vec<f64>,
     high: Vec<f64>,
     twists: Twists,
-    /// From where a step leads to a known end.
+    /// Difference between a known end and the end of a step.
     pub(crate) rest: Vec<f64>,
-    /// Of the metric, a coordinate each.
+    /// Inverse diagonal entries of the Hessian.
     pub(crate) inverse_weights: Vec<f64>,
 }
 
 impl Subproblem {
-    /// One row a contact and one more for each pair that is to stay in touch, how many is
-    /// returned; then the metric's own; the box of limits and trust region.
+    /// Builds the program from contacts, with one row for each contact and one for each pair that
+    /// has to stay in touch. The rows of the metric and the box follow. Returns the number of rows
+    /// before those of the metric.
     pub fn build(
         &mut self,
         context: &Context,
@@ -58,7 +59,7 @@ impl Subproblem {
         self.end()
     }
 
-    /// The same of contact planes that are known of `x`.
+    /// Builds the program from the contact planes of `x`; else as [`Subproblem::build`].
     pub fn build_from_planes(
         &mut self,
         space: &ConfigSpace,
@@ -74,13 +75,13 @@ impl Subproblem {
         self.end()
     }
 
-    /// Solves it; told where its value is more than `most`.
+    /// Solves the program; ends as [`QpOutcome::Above`] if the minimum exceeds `most`.
     pub fn solve(&mut self, most: f64) -> QpOutcome {
         let Self { qp, quadratic, .. } = self;
         qp.solve(&quadratic.hessian, &quadratic.gradient, most)
     }
 
-    /// The distance that the solution leads to, from `distance`.
+    /// Returns the distance that the model expects after the step, starting from `distance`.
     pub fn expected(&self, distance: f64) -> f64 {
         self.quadratic.expected_distance(distance, &self.qp.step)
     }
@@ -117,11 +118,11 @@ impl Subproblem {
         contacts
     }
 
-    /// Asks `wanted` of the row that was added last, but no more than the box can give, or the
-    /// program has no solution.
+    /// Sets the bound of the last row to `wanted`, but to no more than the box can give: otherwise
+    /// the program has no solution.
     fn bound_last_row(&mut self, wanted: f64) {
         let Self { low, high, qp, .. } = self;
-        // The box holds the step of none, which gives that much.
+        // The zero step is in the box and satisfies such a row.
         if wanted <= 0.0 {
             *qp.last_bound() = wanted;
             return;
@@ -131,7 +132,7 @@ impl Subproblem {
         *qp.last_bound() = wanted.min(0.8 * reach);
     }
 
-    /// Keeps the solution's step within the box, and returns how long it is in the metric.
+    /// Clamps the step to the box and returns its length in the metric.
     pub fn clip_step(&mut self) -> f64 {
         let Self { quadratic, step, low, high, qp, .. } = self;
         step.clear();
@@ -142,10 +143,10 @@ impl Subproblem {
         quadratic.tensor.length(step)
     }
 
-    /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
+    /// Whether the trust region, and not only a joint limit, held the step back in some coordinate.
     ///
-    /// Measured by coordinate, because along a self-motion that moves bodies little a step that
-    /// fills the box is short.
+    /// Each coordinate is compared separately: a step along a self-motion, which moves bodies
+    /// little, is short even if it fills the box.
     pub fn step_at_rim(&self, radius: f64) -> bool {
         let reach = |k: usize| radius / self.quadratic.tensor.diagonal(k).sqrt();
         self.step.iter().enumerate().any(|(k, s)| s.abs() > 0.99 * reach(k))

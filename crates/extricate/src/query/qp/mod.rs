@@ -1,71 +1,67 @@
-//! A small dense quadratic program: the step of one refinement iteration.
+//! A solver for small dense quadratic programs, which give the steps of descents.
 
 use crate::math::linear_algebra::{LANES, dot};
 use crate::math::quadratic_form::{Factor, QuadraticForm};
 use crate::math::vectorized;
 
-/// `minimise t' H t / 2 + g' t  subject to  A t >= b` and a box around the first unknowns, by a
-/// dual active-set method.
+/// Solves `minimise t' H t / 2 + g' t  subject to  A t >= b` with a box around the first unknowns,
+/// by a dual active-set method.
 ///
-/// From the unconstrained minimum (with a diagonal Hessian, from that in the box), the most
-/// violated row joins the active set; while its multiplier grows, the multipliers of rows that it
-/// depends on shrink, and the first that would turn negative leaves. The objective only grows
-/// meanwhile.
+/// The method starts at the unconstrained minimum, or at the minimum in the box if the Hessian is
+/// diagonal. The most violated row joins the active set. While its multiplier grows, the
+/// multipliers of rows that it depends on shrink, and the first to reach zero leaves. The objective
+/// only grows meanwhile.
 ///
 /// # Source
 /// D. Goldfarb and A. Idnani, "A numerically stable dual method for solving strictly convex
 /// quadratic programs", Mathematical Programming 27, 1983, doi:10.1007/BF02591962. Deviation:
 /// instead of a QR factorisation, the Cholesky factor of the few active rows' Gram matrix gains a
-/// row when one joins, and is made anew from where one leaves.
+/// row when one joins, and is recomputed from the row that leaves.
 #[derive(Debug, Clone, Default)]
 pub struct Qp {
     nv: usize,
-    /// Numbers a row: the unknowns, and zeros up to whole lanes.
+    /// Numbers in a row: the unknowns, padded with zeros to whole lanes.
     width: usize,
-    /// The Hessian's.
     factor: Factor,
-    /// Rows of `A`, row major, `width` numbers each, as all vectors over the unknowns.
+    /// Rows of `A`, row major, `width` numbers each like all vectors over the unknowns.
     rows: Vec<f64>,
-    /// Right-hand sides.
     bounds: Vec<f64>,
-    /// Inverse Euclidean norms of the rows; 0 until one is requested.
+    /// Inverse Euclidean norms of the rows; 0 until computed.
     scales: Vec<f64>,
-    /// The box: least and greatest values of the first unknowns. Its rows are numbered after those
-    /// of `A`, lower sides first.
+    /// Limits of the first unknowns. The rows of this box are numbered after those of `A`, lower
+    /// sides first.
     low: Vec<f64>,
     high: Vec<f64>,
     /// `H^-1 a_i` of the active rows.
     lifted: Vec<f64>,
     active: Vec<usize>,
     multipliers: Vec<f64>,
-    /// Cholesky factor of the active rows' Gram matrix in the inner product of `H^-1`: the rows of
-    /// its lower triangle.
+    /// Cholesky factor of the active rows' Gram matrix in the inner product of `H^-1`: its lower
+    /// triangle, packed by rows.
     gram: Vec<f64>,
-    /// What stands left of the diagonal in the row that it would gain next.
+    /// Off-diagonal entries of the row that `gram` gains next.
     forward: Vec<f64>,
     dependence: Vec<f64>,
     direction: Vec<f64>,
     raised: Vec<f64>,
-    /// Value of the objective at the step.
     objective: f64,
-    /// The solution.
+    /// The step that the last solve reached.
     pub step: Vec<f64>,
 }
 
-/// How a solve ended.
+/// The outcome of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QpOutcome {
     /// The step satisfies every constraint and is optimal.
     Solved,
     /// The constraints contradict each other (or nearly); the step is the last one reached.
     Infeasible,
-    /// The least value of the objective is above what was requested; the step is the last one
-    /// reached.
+    /// The minimum is above the requested value; the step is the last one reached.
     Above,
 }
 
-/// A row is violated when it misses its bound by more than this times its norm \[rad or m\].
-const TOLERANCE: f64 = 1e-10;
+/// A row is violated if it misses its bound by more than this times its norm \[rad or m\].
+const VIOLATION_TOLERANCE: f64 = 1e-10;
 
 impl Qp {
     /// Starts a problem with `nv` unknowns.
@@ -78,7 +74,7 @@ impl Qp {
         self.high.clear();
     }
 
-    /// Keeps the first unknowns within `[low, high]`.
+    /// Limits the first unknowns to `[low, high]`.
     pub fn set_box(&mut self, low: &[f64], high: &[f64]) {
         self.low.extend_from_slice(low);
         self.high.extend_from_slice(high);
@@ -92,29 +88,29 @@ impl Qp {
         &mut self.rows[at..at + self.nv]
     }
 
-    /// Rows of `A` so far.
+    /// Returns the number of rows of `A` so far.
     pub fn rows(&self) -> usize {
         self.bounds.len()
     }
 
-    /// The row that was added last.
+    /// Returns the row that was added last.
     pub fn last_row(&self) -> &[f64] {
         self.row(self.bounds.len() - 1)
     }
 
-    /// Right-hand side of the row that was added last.
+    /// Returns the right-hand side of the row that was added last.
     pub fn last_bound(&mut self) -> &mut f64 {
         self.bounds.last_mut().expect("a row was pushed")
     }
 
-    /// Sum of the multipliers of the first `rows` rows: the slope of the optimum when all their
-    /// bounds rise together.
+    /// Returns the sum of the multipliers of the first `rows` rows: the slope of the minimum if all
+    /// their bounds rise together.
     pub fn multiplier_sum(&self, rows: usize) -> f64 {
         self.active.iter().zip(&self.multipliers).filter(|(row, _)| **row < rows).map(|(_, m)| m).sum()
     }
 
-    /// Solves for a Hessian and a gradient over the unknowns; the solution is `step`. Ends as soon
-    /// as the objective is proved to stay above `most`.
+    /// Solves for a Hessian and a gradient over the unknowns, and writes the solution to `step`.
+    /// Ends as soon as the minimum is proved to exceed `most`.
     pub fn solve(&mut self, hessian: &QuadraticForm, gradient: &[f64], most: f64) -> QpOutcome {
         let outcome = vectorized(
             #[inline(always)]
@@ -155,8 +151,8 @@ impl Qp {
         QpOutcome::Infeasible
     }
 
-    /// From the unconstrained minimum to the least in the box, each unknown on its own, as a
-    /// diagonal Hessian allows.
+    /// Moves from the unconstrained minimum to the minimum in the box. A diagonal Hessian allows
+    /// this for each unknown separately.
     #[inline(always)]
     fn start_in_box(&mut self) {
         let width = self.low.len();
@@ -164,7 +160,7 @@ impl Qp {
             let (least, inverse) = (self.step[k], self.factor.inverse(k));
             let held = least.clamp(self.low[k], self.high[k]);
             let off = (held - least).abs();
-            if off <= TOLERANCE {
+            if off <= VIOLATION_TOLERANCE {
                 continue;
             }
             let sign = if held > least { 1.0 } else { -1.0 };
@@ -175,13 +171,13 @@ impl Qp {
             let at = self.lifted.len();
             self.lifted.resize(at + self.width, 0.0);
             self.lifted[at + k] = sign * inverse;
-            // Such rows are at right angles.
+            // Rows of the box are orthogonal.
             self.gram.resize(self.gram.len() + self.active.len() - 1, 0.0);
             self.gram.push(inverse.sqrt());
         }
     }
 
-    /// By how much, in units of its norm, the step misses the row that it misses most.
+    /// Returns the largest violation of a row by the step, in units of the row's norm.
     pub fn largest_violation(&self) -> f64 {
         let of_rows = (0..self.bounds.len()).map(|i| {
             let row = self.row(i);
@@ -196,13 +192,12 @@ impl Qp {
         &self.rows[i * self.width..][..self.nv]
     }
 
-    /// The unknown that a row of the box holds, and on which side.
+    /// Returns the unknown and the side of a row of the box; `None` for a row of `A`.
     fn side(&self, row: usize) -> Option<(usize, f64)> {
         let (sides, width) = (row.checked_sub(self.bounds.len())?, self.low.len());
         Some(if sides < width { (sides, 1.0) } else { (sides - width, -1.0) })
     }
 
-    /// Row `row` times `x`.
     fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
         self.side(row).map_or_else(|| dot(&self.rows[row * self.width..][..self.width], x), |(k, sign)| sign * x[k])
     }
@@ -222,7 +217,7 @@ impl Qp {
 
     #[inline(always)]
     fn most_violated(&mut self) -> Option<usize> {
-        let mut worst = (None, TOLERANCE);
+        let mut worst = (None, VIOLATION_TOLERANCE);
         let mut consider = |row: usize, violation: f64| {
             if violation > worst.1 {
                 worst = (Some(row), violation);
@@ -245,9 +240,9 @@ impl Qp {
         worst.0
     }
 
-    /// Raises the multiplier of `row` until it holds with equality, dropping active rows on the
-    /// way, as far as the objective stays below `most`; infeasible where no step can satisfy it
-    /// along with the others.
+    /// Raises the multiplier of `row` until the row holds with equality, and drops active rows on
+    /// the way. Ends early if the objective exceeds `most`. Infeasible if no step satisfies the row
+    /// together with the others.
     #[inline(always)]
     fn satisfy(&mut self, row: usize, most: f64) -> QpOutcome {
         let (nv, width) = (self.nv, self.width);
@@ -264,7 +259,7 @@ impl Qp {
             self.raised.extend_from_slice(&self.direction);
             let own = self.row_dot(row, &self.direction);
             let missing = self.bound(row) - self.row_dot(row, &self.step);
-            // The dual gains as much by this multiplier alone, from where it stands.
+            // The dual objective gains this much if only the multiplier of this row grows.
             let gain = missing * (0.5 * missing / own + multiplier);
             if self.objective + gain.max(0.0) > most {
                 return QpOutcome::Above;
@@ -306,8 +301,8 @@ impl Qp {
         QpOutcome::Solved
     }
 
-    /// `dependence` becomes the coefficients that express `direction` by the lifted active rows, in
-    /// the Hessian's inner product.
+    /// Fills `dependence` with the coefficients that express `direction` by the lifted active rows,
+    /// in the Hessian's inner product.
     #[inline(always)]
     fn solve_dependence(&mut self) {
         self.forward.clear();
@@ -326,7 +321,7 @@ impl Qp {
         }
     }
 
-    /// Factors the Gram matrix of the active rows anew, from number `first` on.
+    /// Recomputes the factor of the Gram matrix of the active rows from row `first` on.
     fn factor_gram(&mut self, first: usize) {
         self.gram.truncate(first * (first + 1) / 2);
         for i in first..self.active.len() {
@@ -334,8 +329,7 @@ impl Qp {
                 let inner = self.row_dot(self.active[i], lifted);
                 let (mine, at) = (&self.gram[i * (i + 1) / 2..], j * (j + 1) / 2);
                 let rest = inner - dot(&mine[..j], &self.gram[at..at + j]);
-                // Rows that depend on each other are never active together, but rounding may have
-                // them seem to be.
+                // Active rows are independent, but rounding may hide that.
                 let entry = if i == j { rest.max(1e-14 * inner).sqrt() } else { rest / self.gram[at + j] };
                 self.gram.push(entry);
             }
@@ -343,7 +337,7 @@ impl Qp {
     }
 }
 
-/// Row `i` of a packed lower triangle: what stands before the diagonal, and what on it.
+/// Returns row `i` of a packed lower triangle: the entries before the diagonal, and the diagonal.
 #[inline(always)]
 fn factor_row(packed: &[f64], i: usize) -> (&[f64], f64) {
     let start = i * (i + 1) / 2;

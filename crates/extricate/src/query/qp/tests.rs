@@ -1,4 +1,4 @@
-//! The quadratic program against closed forms, itself and a slow twin.
+//! Tests of the quadratic program against closed forms, itself and a slow twin.
 
 use crate::math::quadratic_form::{Factor, QuadraticForm};
 use crate::query::qp::*;
@@ -15,7 +15,7 @@ fn projects_onto_a_corner() {
     assert!((qp.multiplier_sum(2) - 3.0).abs() < 1e-12);
 }
 
-/// A diagonal Hessian starts in the box, and is not factored.
+/// A diagonal Hessian starts in the box and is not factored; the result must not differ.
 #[test]
 fn a_diagonal_hessian_gives_what_a_dense_one_does() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
@@ -54,7 +54,7 @@ fn contradiction_is_told() {
     assert_eq!(qp.solve(&QuadraticForm::identity(1), &[0.0], f64::INFINITY), QpOutcome::Infeasible);
 }
 
-/// Against a slow twin: projected gradient ascent on the dual.
+/// The slow twin is projected gradient ascent on the dual.
 #[test]
 fn agrees_with_dual_ascent() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
@@ -86,7 +86,7 @@ fn agrees_with_dual_ascent() {
             boxed.push(bound).copy_from_slice(&row);
         }
         if number() > 0.0 {
-            // The sides of the box as rows like any other, against the box itself.
+            // Compare the box with the same box given as general rows.
             for k in 0..n {
                 qp.push(low[k])[k] = 1.0;
                 qp.push(-high[k])[k] = -1.0;

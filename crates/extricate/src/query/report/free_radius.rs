@@ -1,4 +1,4 @@
-//! How far around a witness nothing touches, proved: what its clearance is worth in the metric.
+//! The free radius: how far around a witness nothing touches, proved from its clearance.
 
 use std::collections::BTreeMap;
 
@@ -9,25 +9,24 @@ use crate::query::bound::{BoundEffort, distance_along};
 use crate::query::context::Context;
 use crate::query::evaluate::Evaluator;
 
-/// Distances of pairs are looked at up to this beyond the clearance \[m\]; pairs that are farther
-/// apart count as that far.
-const MARGIN: f64 = 0.05;
-/// What is taken off measured distances for their rounding \[m\].
-const ROUNDING: f64 = 1e-9;
+/// Distances of pairs are measured up to this beyond the clearance \[m\]; pairs farther apart count
+/// as that far.
+const MARGIN_M: f64 = 0.05;
+/// Margin for the rounding of measured distances \[m\].
+const ROUNDING_M: f64 = 1e-9;
 
-/// No two bodies of a checked pair touch at configurations nearer to `q` than this, in metric
-/// units.
+/// Returns a distance from `q` \[metric units\] within which no two bodies of a checked pair touch.
 ///
 /// # Guarantee
-/// Proved, pair by pair: two bodies at distance `d` do not meet while no point of one moves, seen
-/// from the other, by `d`. The motion bound is a convex function of the point, so over a shape it
+/// Proved pair by pair: two bodies at distance `d` do not meet while no point of one moves by `d`
+/// as seen from the other. The motion bound is a convex function of the point, so over a shape it
 /// is largest at a corner of the box around it.
 pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
     let (checker, scene) = (context.checker, context.checker.scene());
-    let query = ContactQuery { margin: context.clearance + MARGIN, search: ContactSearch::Exact };
+    let query = ContactQuery { margin: context.clearance + MARGIN_M, search: ContactSearch::Exact };
     evaluator.contacts_at(context, q, query);
-    // By bodies that see each other from the same frames only the nearest counts: scenes have many
-    // obstacles and few frames.
+    // Only the smallest distance between a body and a frame counts: scenes have many obstacles and
+    // few frames.
     let mut nearest: BTreeMap<[usize; 2], f64> = BTreeMap::new();
     let mut apart = vec![f64::NAN; scene.pairs.len()];
     for contact in &evaluator.contacts {
@@ -35,7 +34,7 @@ pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path
         apart[contact.pair.index()] = apart[contact.pair.index()].min(distance);
     }
     for (index, pair) in scene.pairs.iter().enumerate() {
-        let far = checker.clearance_of(index) + MARGIN;
+        let far = checker.clearance_of(index) + MARGIN_M;
         let distance = if apart[index].is_nan() { far } else { apart[index].min(far) };
         let [a, b] = [pair.first, pair.second];
         let carried = if scene.bodies[a].frame == 0 { [b, 0] } else { [a, scene.bodies[b].frame] };
@@ -44,14 +43,14 @@ pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path
     let poses = evaluator.check.poses().to_vec();
     let mut radius = context.scale;
     for ([body, seen_from], distance) in nearest {
-        let needed = (distance - ROUNDING).max(0.0);
+        let needed = (distance - ROUNDING_M).max(0.0);
         radius = keeps(context, &poses, [body, seen_from], needed, radius, path);
     }
     radius
 }
 
-/// The largest distance, at most `ceiling`, within which no point of a body moves by `needed` \[m\]
-/// as seen from a frame.
+/// Returns the largest distance, at most `ceiling`, within which no point of a body moves by
+/// `needed` \[m\] as seen from a frame.
 fn keeps(
     context: &Context,
     poses: &[Pose],

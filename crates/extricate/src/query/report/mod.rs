@@ -1,4 +1,4 @@
-//! What is said about a witness once it is chosen.
+//! The report on a witness, once it is chosen: bounds, contacts, gradient and other exits.
 
 pub mod free_radius;
 
@@ -16,24 +16,25 @@ use crate::metric::{Anchor, MetricScratch};
 use crate::scene::{MetricKind, PairId};
 use free_radius::free_radius;
 
-/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they
-/// lose are then about 1e-10.
-const DIFFERENCE: f64 = 1e-5;
+/// Step of central differences \[rad or m\]: truncation and rounding errors are then both about
+/// 1e-10.
+const DIFFERENCE_STEP: f64 = 1e-5;
 
-/// Fills in all but witness and depth.
+/// Fills in all fields but the witness and the depth.
 pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
     let QueryScratch { evaluator, known, report: memory, .. } = scratch;
     let ReportScratch { far_anchor, .. } = memory;
     if options.tells_contacts() {
         let margin = context.clearance + TOUCHING;
         answer.contacts.extend_from_slice(evaluator.touching(context, &answer.witness, margin));
-        // As they are, where pairs keep other clearances than the scene's.
+        // The checker lessens distances by what a pair keeps beyond the clearance; report them
+        // whole.
         answer.contacts.iter_mut().for_each(|contact| contact.distance += context.checker.excess(contact.pair.index()));
         answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
         answer.touching.dedup();
     }
-    // The contacts may have been known before: the checker's poses are then those of whatever it
-    // saw last.
+    // The contacts may have been cached; the checker's poses are then those of another
+    // configuration.
     context.metric.anchor(&answer.witness, far_anchor);
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
@@ -67,8 +68,8 @@ fn why_unproved(context: &Context, q: &[f64], colliding: &[PairId], check: &mut 
     if has_inside { Unproved::Shallow } else { Unproved::Surfaces }
 }
 
-/// Where the witness stays the best, moving it changes the depth by nothing to first order: what is
-/// left is the gradient of the distance to it.
+/// Sets the gradient of the distance to the witness. It is that of the depth too while the witness
+/// stays the best, since moving it then changes the distance by nothing to first order.
 fn gradient(
     context: &Context,
     anchor: &Anchor,
@@ -78,8 +79,8 @@ fn gradient(
 ) {
     let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
     let metric = context.metric;
-    // The distance is symmetric: half its square, seen from the witness, has this gradient at the
-    // query, times the depth.
+    // The distance is symmetric: half the squared distance from the witness has this gradient at
+    // the query, times the depth.
     match metric.kind() {
         MetricKind::Joint => {
             metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
@@ -92,7 +93,8 @@ fn gradient(
         }
         MetricKind::MaxDisplacement => {}
     }
-    // Its model has a few points of each body only; the farthest one need not be among them.
+    // Differences are needed here: the model has a few points of each body, and may lack the
+    // farthest.
     let space = &context.checker.scene().space;
     step.clear();
     step.resize(space.nv(), 0.0);
@@ -100,12 +102,12 @@ fn gradient(
     for k in 0..space.nv() {
         let mut change = 0.0;
         for sign in [1.0, -1.0] {
-            step[k] = sign * DIFFERENCE;
+            step[k] = sign * DIFFERENCE_STEP;
             space.integrate(&anchor.q, step, moved);
             change += sign * metric.distance_from(far_anchor, moved, metric_scratch);
         }
         step[k] = 0.0;
-        answer.gradient[k] = change / (2.0 * DIFFERENCE);
+        answer.gradient[k] = change / (2.0 * DIFFERENCE_STEP);
     }
 }
 
@@ -125,7 +127,7 @@ fn report_exits(context: &Context, wanted: usize, known: &Known, evaluator: &mut
 fn segment(context: &Context, q: &[f64], evaluator: &mut Evaluator, answer: &Answer) -> StraightSegment {
     evaluator.checks += 1;
     match context.checker.segment(&answer.witness, q, &SegmentOptions::default(), &mut evaluator.check) {
-        // The query collides, so this is not to be expected; it claims the least.
+        // A query beyond its limits need not collide; the answer then claims the least.
         SegmentOutcome::Free => StraightSegment { colliding_until: 1.0, free_from: 1.0 },
         SegmentOutcome::Contact { free_until, colliding_at: at, .. }
         | SegmentOutcome::Undecided { free_until, near_at: at, .. } => {
@@ -143,8 +145,7 @@ mod tests {
     use crate::query::query;
     use crate::scene::builtin;
 
-    /// What the last descent saw of its end has no effect again; it has to be what a look would
-    /// see.
+    /// Contacts cached by the last descent must equal freshly computed ones.
     #[test]
     fn contacts_are_those_of_a_look_at_the_witness_alone() {
         for name in ["planar-arm", "hand"] {
@@ -161,8 +162,8 @@ mod tests {
                 for (told, found) in answer.contacts.iter().zip(&contacts) {
                     assert_eq!(told.pair, found.pair);
                     assert!((told.distance - found.distance).abs() < 1e-9, "{name} {q:?}: {told:?} {found:?}");
-                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m
-                    // from each other.
+                    // On round shapes, points 0.1 mm apart are found up to 1e-9 m off, depending on
+                    // where the search for them began.
                     assert!((told.normal - found.normal).norm() < 1e-4, "{name} {q:?}: {told:?} {found:?}");
                 }
                 seen += contacts.len();

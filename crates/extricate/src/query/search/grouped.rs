@@ -1,4 +1,4 @@
-//! The search of all groups, and what their exits make together.
+//! The search of all groups, and the combination of their exits.
 
 use std::sync::Arc;
 
@@ -13,17 +13,16 @@ use crate::query::groups::{Groups, coordinates};
 use crate::query::plan::Plan;
 use crate::scene::PairId;
 
-/// The pairs that have to part.
 #[derive(Clone, Copy)]
 pub struct Pairs<'a> {
-    /// Those that collide at the query.
+    /// Pairs that collide at the query.
     pub at_query: &'a [PairId],
-    /// Those that collide at the query moved onto the joint limits.
+    /// Pairs that collide at the query moved onto the joint limits.
     pub at_rest: &'a [PairId],
 }
 
-/// Searches the groups of the pairs that have to part, as far as a plan goes, and verifies what
-/// they make together. The share of exits that may not have been met; `None` if nothing free was
+/// Searches the groups of the colliding pairs, combines their exits and verifies the result.
+/// Returns the estimated share of starts that would lead to unmet exits; `None` if nothing free was
 /// found.
 pub fn search_groups(
     context: &Context,
@@ -55,7 +54,8 @@ pub fn search_groups(
             if unseen.is_none() {
                 whole.known.exits.clear();
             }
-            // What a spent budget falls back on counts always: more of it never leads farther.
+            // A spent budget may fall back on this sample, so it always counts: a larger budget
+            // must never lead farther.
             take_stored(&mut whole);
         }
         if whole.known.exits.len() > 0 && polish(&mut whole) {
@@ -64,7 +64,7 @@ pub fn search_groups(
         if is_one && !believes || scratch.evaluator.is_stopped() {
             break None;
         }
-        // Pieces of meshes may have led to what collides: it is searched anew without belief.
+        // The convex pieces around meshes may have misled the search: repeat it with exact checks.
         believes &= !is_one;
         groups.join_all(context);
     };
@@ -90,11 +90,12 @@ fn search_one(
     (scratch.known.exits.len() > 0).then(|| scratch.known.unseen())
 }
 
-/// Searches one group after another, until what they make together is free. It is in `known` then.
+/// Searches one group after another, until no two of them collide in their combined exit. `known`
+/// then holds that exit.
 ///
-/// A group is searched as if nothing else were there: pairs that other joints move too are left
-/// out. If no such pair collides in what the groups make together, it is as near as each of them
-/// alone; if one does, the joints that move it are one group.
+/// A group is searched as if it were alone: pairs that other joints move too are left out. If none
+/// of these collides in the combined exit, the separate searches lost nothing. If one does, the
+/// joints that move it become one group.
 fn search_each(
     context: &Context,
     plan: Plan,
@@ -108,7 +109,7 @@ fn search_each(
     loop {
         while let Some(root) = groups.next_unsearched() {
             memory.drop_found(|found| groups.root(found.root) == root);
-            // Each group has its turns.
+            // Every group tries the same starts of the stream.
             hint.turn = turn;
             search_group(context, plan, colliding, (groups, root), (hint, memory), scratch)?;
         }
@@ -123,8 +124,8 @@ fn search_each(
     Some(1.0 - memory.found.iter().map(|found| 1.0 - found.unseen).product::<f64>())
 }
 
-/// Searches the group of a root, while all other joints stay where the query has them, for the
-/// pairs that nothing else moves.
+/// Searches the group of a root for the pairs that it alone moves, while all other joints stay
+/// where the query has them.
 fn search_group(
     context: &Context,
     plan: Plan,
@@ -136,7 +137,7 @@ fn search_group(
     let scene = context.checker.scene();
     let mut found = memory.spare.pop().unwrap_or_default();
     let GroupMemory { judged, holding, locked, own, .. } = memory;
-    // Nothing else has it by now: the checker that did is gone.
+    // This copies nothing: the checker that shared the marks is gone.
     let mut marked = judged.take().unwrap_or_default();
     let marks = Arc::make_mut(&mut marked);
     marks.clear();
@@ -170,8 +171,8 @@ fn search_group(
     Some(())
 }
 
-/// Makes the nearest exits of all groups one configuration, and others of it and the other exits
-/// of each.
+/// Offers the combination of the nearest exits of all groups, and its variants with one other exit
+/// of one group.
 fn combine(context: &Context, plan: Plan, groups: &Groups, memory: &mut GroupMemory, scratch: &mut QueryScratch) {
     let space = &context.checker.scene().space;
     let take = |config: &mut [f64], found: &Found, exit: &[f64]| {
@@ -201,8 +202,8 @@ fn combine(context: &Context, plan: Plan, groups: &Groups, memory: &mut GroupMem
     }
 }
 
-/// Makes the joints one group that move a pair which collides at the nearest exit; whether there
-/// were any that were not.
+/// Unites the joints that move a pair which collides at the nearest exit. Returns whether any were
+/// apart before.
 fn join_colliding(
     context: &Context,
     groups: &mut Groups,
@@ -219,7 +220,7 @@ fn join_colliding(
     context.checker.colliding_pairs(&exit.config, &mut evaluator.check, &mut memory.own);
     let joined = memory.own.iter().fold(false, |joined, pair| groups.join(context, *pair) | joined);
     groups.join_carried(context);
-    // It is near what is searched next.
+    // The united group probably has an exit near this one.
     known.hint.clone_from(&exit.config);
     joined
 }
@@ -239,8 +240,8 @@ mod tests {
         assemble(Path::new("scene.toml"), &toml, &mut |_: &Path| Ok(urdf.as_bytes().to_vec())).unwrap()
     }
 
-    /// Carts on rails of their own, each before a wall: one that collides is free where it is 0.6
-    /// and the clearance from its wall's middle.
+    /// Carts on separate rails, each before a wall. A cart is free if it is at least 0.6 m and the
+    /// clearance from the middle of its wall.
     fn carts(n: usize, metric: MetricKind) -> Prepared {
         let (mut urdf, mut toml) = (String::from("<robot name='carts'><link name='base'/>"), String::new());
         for k in 0..n {
@@ -284,8 +285,8 @@ mod tests {
         }
     }
 
-    /// A cart in a wall and one that stands clear: the second stays where the query has it, to the
-    /// last bit. If it stands in the way of the first, it moves too.
+    /// One cart is in a wall. The other stays exactly where the query has it, unless it blocks the
+    /// first.
     #[test]
     fn an_idle_limb_stays_unless_it_is_in_the_way() {
         let cart = |name: &str, axis: &str, x: f64| {

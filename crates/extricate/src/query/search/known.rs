@@ -1,4 +1,4 @@
-//! What a query has come to know, and memory for it.
+//! State of a query: exits, starts and bounds so far, and memory for them.
 
 use super::directions::tree::Directions;
 use super::stored::StoredStarts;
@@ -9,50 +9,45 @@ use crate::query::exits::Exits;
 use crate::query::local_metric::LocalMetric;
 use crate::scene::PairId;
 
-/// What a query has come to know, and memory for it.
+/// State of a query and of the group that is searched.
 #[derive(Default)]
 pub struct Known {
-    /// The query.
+    /// The query, with its poses.
     pub anchor: Anchor,
-    /// The query within the joint limits: joints that are held still are there.
+    /// The query moved onto the joint limits; joints that are held still stay there.
     pub rest: Vec<f64>,
-    /// The metric around it.
     pub local: LocalMetric,
-    /// How many exits are wanted.
+    /// Number of exits to search for.
     pub wanted: usize,
-    /// A configuration that may be free: each group looks at it first. Empty if there is none.
+    /// A configuration that may be free, which each group checks first; empty if there is none.
     pub hint: Vec<f64>,
-    /// Whether a search that finds nothing looks for anything free.
+    /// Whether a search that finds nothing takes a stored sample or any free configuration.
     pub looks_anywhere: bool,
-    /// Whether a stored sample is taken if the budget ends a search: it then ends before there is
-    /// an exit too.
+    /// Whether a stored sample can be the answer. A spent budget then also ends a search without an
+    /// exit.
     pub may_fall_back: bool,
-    /// Whether an earlier search of the same query has found an exit.
+    /// Whether an earlier search of the same query found an exit.
     pub has_earlier: bool,
-    /// Whether descents along meshes are believed for what they see of the pieces around them.
+    /// See [`super::Search::believes`], which a group's search takes over.
     pub believes: bool,
-    /// Where descents of the group ended.
     pub exits: Exits,
-    /// Where its colliding bodies part.
     pub directions: Directions,
-    /// Stored samples that it starts from.
     pub stored: StoredStarts,
-    /// What is proved of it.
     pub proof: Proof,
-    /// Starts of the group that were tried, those that cost no check among them.
+    /// Starts that the group tried, including those that were pruned without a check.
     pub tried: usize,
-    /// Those among them that ended in collision.
+    /// Starts of the group whose descents ended in collision.
     pub stuck: usize,
-    /// A configuration that a descent is to start from.
+    /// Memory for the start of a descent.
     pub start: Vec<f64>,
-    /// Several of them, row major.
+    /// Memory for several starts, row major.
     pub starts: Vec<f64>,
-    /// How far it is from the query.
+    /// Memory for a displacement from the query.
     pub step: Vec<f64>,
 }
 
 impl Known {
-    /// Begins a query for `wanted` exits from the anchor.
+    /// Begins a query for `wanted` exits at the anchor, which is set already.
     pub fn begin(&mut self, context: &Context, wanted: usize) {
         self.local.set(context, &self.anchor);
         self.rest.clone_from(&self.anchor.q);
@@ -62,7 +57,7 @@ impl Known {
         self.begin_group(std::iter::empty());
     }
 
-    /// Begins the search of a group whose colliding pairs these are.
+    /// Begins the search of the group that has these colliding pairs.
     pub fn begin_group(&mut self, colliding: impl Iterator<Item = PairId>) {
         self.proof.begin_group(colliding);
         self.exits.clear();
@@ -71,18 +66,18 @@ impl Known {
         (self.tried, self.stuck) = (0, 0);
     }
 
-    /// What is not nearer than this is of no use.
+    /// Returns the depth of the last wanted exit: only nearer ones are of use.
     pub fn ceiling(&self) -> f64 {
         self.exits.ceiling(self.wanted)
     }
 
-    /// Estimated share of starts that would lead to an exit that no descent has met.
+    /// Estimates the share of starts that would lead to an exit that no descent has met.
     ///
     /// # Source
     /// C. G. E. Boender and A. H. G. Rinnooy Kan, "Bayesian stopping rules for multistart global
     /// optimization methods", Mathematical Programming 37, 1987, doi:10.1007/BF02591684: of n
-    /// uniform starts that led to w distinct ends, w (w + 1) / (n (n - 1)). Starts here are not
-    /// uniform, and those that were given up count as led to what is known.
+    /// uniform starts that led to w distinct ends, w (w + 1) / (n (n - 1)). Deviations: starts are
+    /// not uniform, and pruned ones count as led to a known end.
     pub fn unseen(&self) -> f64 {
         let (w, n) = (self.exits.last().count() as f64, self.tried as f64);
         if n < 2.0 { 1.0 } else { (w * (w + 1.0) / (n * (n - 1.0))).min(1.0) }

@@ -1,5 +1,5 @@
-//! The descents of a search, each of which has to beat the nearest exit so far. Where they start is
-//! in `run`.
+//! Descents of a search, each of which has to beat the nearest exit so far. `run` chooses their
+//! starts.
 
 pub mod directions;
 pub mod grouped;
@@ -21,33 +21,34 @@ use crate::samples::BoundaryScratch;
 use known::Known;
 use scratch::QueryScratch;
 
-/// Which starts a frame of a stream tries, if the exit of the last frame led to one.
+/// Starts that a frame of a stream tries once a descent from the last frame's exit has succeeded.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Turn {
-    /// The one that is tried first; then that of the next frame.
+    /// Number of the first start; after the search, that of the next frame.
     pub next: usize,
-    /// How many may cost checks.
+    /// Number of starts that may still cost checks.
     pub left: usize,
 }
 
-/// What is known before a query.
+/// Advance knowledge about a query, and requests of its caller.
 #[derive(Default)]
 pub struct Hint<'a> {
     /// A configuration that may be free; empty if there is none.
     pub config: &'a [f64],
-    /// Whether a search whose descents find nothing does not look for anything free.
+    /// Whether a search gives up if its descents find nothing, instead of taking a stored sample or
+    /// any free configuration.
     pub looks_nowhere_else: bool,
-    /// Whether only a witness is wanted: no default gap ends the search then, as what would have to
-    /// be proved takes longer than it spares.
+    /// Whether only a witness is wanted. No default gap then ends the search, since proving it
+    /// takes longer than it saves.
     pub is_unproved: bool,
-    /// In a stream, which starts are tried beside where a descent from it leads; then those of the
-    /// next frame.
+    /// In a stream, the starts of this frame besides `config`; after the search, those of the next
+    /// frame.
     pub turn: Option<Turn>,
-    /// Distance and end of that descent, if it came to an exit.
+    /// In a stream, depth and configuration of the exit to which the descent from `config` led.
     pub followed: Option<(f64, Vec<f64>)>,
 }
 
-/// The search of one group: what it stands on, how far it goes, what it works with.
+/// The search of one group: its context and plan, its state and its memory.
 pub struct Search<'a> {
     pub context: &'a Context<'a>,
     pub plan: Plan,
@@ -55,35 +56,34 @@ pub struct Search<'a> {
     pub evaluator: &'a mut Evaluator,
     pub descent: &'a mut DescentScratch,
     pub boundary: &'a mut BoundaryScratch,
-    /// Whether descents are believed for what they see of the pieces around meshes, until the last
-    /// one.
+    /// Whether exits count as free by the convex pieces around meshes, without an exact check.
+    /// Polishing ends this.
     pub believes: bool,
-    /// Set in a stream.
     pub turn: Option<Turn>,
 }
 
 impl<'a> Search<'a> {
-    /// A search over all joints that are not locked.
+    /// Prepares a search over all joints that are not locked.
     pub fn whole(context: &'a Context<'a>, plan: Plan, scratch: &'a mut QueryScratch) -> Self {
         let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
         Self { context, plan, known, evaluator, descent, boundary, believes: false, turn: None }
     }
 
-    /// Whether nothing is left to look for: the budget is spent, or the depth is proved up to the
-    /// gap.
+    /// Returns whether the search may end: the budget is spent, the depth is proved up to the gap,
+    /// or any exit is enough and one is known.
     pub fn is_over(&mut self) -> bool {
         let has_exit = self.known.exits.len() > 0;
         self.evaluator.is_spent() || has_exit && (self.plan.takes_first || self.is_proved())
     }
 
-    /// Whether what is proved of the group leaves no more than the gap.
+    /// Returns whether the depth of the group is proved up to the gap.
     pub fn is_proved(&mut self) -> bool {
         let Known { proof, anchor, exits, .. } = &mut *self.known;
         proof.is_enough(self.context, anchor, exits.depth(), &mut self.evaluator.check)
     }
 
-    /// Slides the exit of the last frame along: mostly it still is the nearest. It is the hint of
-    /// all groups then, and others are given up early.
+    /// Descends from the last frame's exit. It usually stays the nearest; as the hint of every
+    /// group it then prunes most other starts.
     pub fn follow(&mut self, exit: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut start = exit.to_vec();
         self.context.hold(&self.known.rest, &mut start);
@@ -92,8 +92,8 @@ impl<'a> Search<'a> {
         Some((depth, self.descent.best.clone()))
     }
 
-    /// A descent that has to beat the nearest exit, or the last of those that are wanted; how deep
-    /// it came, if it found one.
+    /// Descends from a start that has to beat the nearest exit, or the last of those that are
+    /// wanted. Returns the depth of the exit that it found.
     pub fn try_start(&mut self, start: Start) -> Option<f64> {
         self.known.tried += 1;
         let (checks, ceiling) = (self.evaluator.checks, self.known.ceiling());
@@ -110,15 +110,15 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The same, whatever other descents led to.
+    /// Descends from a start that only has to beat `ceiling`, even if it leads to a known end.
     pub fn descend_alone(&mut self, start: &[f64], ceiling: f64, options: DescentOptions) -> Option<f64> {
         let pruning = Pruning { factor: self.plan.prune_factor, ..Pruning::alone(ceiling) };
         let anchor = &self.known.anchor;
         descend(self.context, anchor, Start::at(start), pruning, &options, self.descent, self.evaluator).0
     }
 
-    /// Keeps what a descent found. The exact checker verifies what would be the nearest exit. Along
-    /// meshes a descent is believed until the last one, which looks at the meshes themselves.
+    /// Keeps the exit that the last descent found. If it would be the nearest, the exact checker
+    /// has to verify it, unless the search `believes`.
     pub fn keep(&mut self, depth: f64, is_last: bool) {
         let is_nearest = depth < self.known.exits.depth();
         let is_verified =
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
         self.evaluator.note_exits(exits.len(), *wanted);
     }
 
-    /// Notes where a descent ended that found no exit.
+    /// Notes the end of a descent that found no exit.
     fn note_stuck(&mut self) {
         let distance = self.evaluator.distance(self.context, &self.known.anchor, &self.descent.end);
         let Known { exits, local, stuck, .. } = &mut *self.known;
@@ -140,19 +140,19 @@ impl<'a> Search<'a> {
         exits.note_stuck((&self.context.checker.scene().space, local), (distance, &self.descent.end));
     }
 
-    /// Takes in the query as it is within the limits, which is free.
+    /// Offers the query moved onto the limits, which is free.
     pub fn take_rest(&mut self) {
         let rest = self.known.rest.clone();
         self.offer_free(&rest);
     }
 
-    /// Takes in a configuration that the exact checker just called free.
+    /// Offers a configuration that the exact checker just called free.
     pub fn offer_free(&mut self, config: &[f64]) {
         self.offer(config, true, false);
     }
 
-    /// Takes in a configuration that is free as far as is known, said by the exact checker if it
-    /// `is_verified`, the end of a descent if it `is_last`.
+    /// Offers an exit. It `is_verified` if the exact checker called it free, and `is_last` if a
+    /// descent ended there by itself.
     pub fn offer(&mut self, config: &[f64], is_verified: bool, is_last: bool) {
         let depth = self.evaluator.distance(self.context, &self.known.anchor, config);
         let Known { exits, local, wanted, .. } = &mut *self.known;

@@ -1,16 +1,16 @@
-//! How a query ends: exits carried to their ends with exact contacts, and verified.
+//! The end of a search: exits are polished with exact contacts, and verified.
 
 use super::Search;
 use crate::cspace::Label;
 
-/// An exit of pieces this much farther than the nearest one may turn out to be nearer out of the
-/// meshes.
-const AS_NEAR: f64 = 1.03;
-/// Exits that are carried to their ends then, the nearest among them.
-const MOST_AS_NEAR: usize = 4;
+/// Along meshes, exits up to this multiple of the nearest depth are polished too. Convex pieces
+/// stand out of meshes by different amounts, so one of them may turn out nearer.
+const POLISHED_DEPTH_FACTOR: f64 = 1.03;
+/// Most exits that are polished along meshes, including the nearest.
+const MAX_POLISHED: usize = 4;
 
-/// Carries the nearest exit to its end, or every exit if several are wanted, and verifies it;
-/// whether one is free.
+/// Polishes and verifies the nearest exit, or all exits that are wanted. Returns whether one is
+/// free.
 pub fn polish(search: &mut Search) -> bool {
     search.believes = false;
     if search.known.wanted > 1 {
@@ -18,7 +18,8 @@ pub fn polish(search: &mut Search) -> bool {
     } else if !search.plan.takes_first {
         polish_nearest(search);
     }
-    // What collides in spite of its contacts, which only rounding makes, is no exit.
+    // An exit may collide though its contacts keep the clearance; the next one then takes its
+    // place.
     while let Some(nearest) = search.known.exits.nearest().filter(|end| !end.is_verified) {
         let is_free = search.evaluator.label(search.context, &nearest.config) == Label::Free;
         search.known.exits.note_checked(is_free);
@@ -26,13 +27,13 @@ pub fn polish(search: &mut Search) -> bool {
     search.known.exits.len() > 0
 }
 
-/// Along meshes, others that may be as near too: pieces stand out differently.
+/// Polishes the nearest exit; along meshes, also others that may turn out nearer.
 fn polish_nearest(search: &mut Search) {
     let (best, all_convex) = (search.known.exits.depth(), search.context.checker.all_convex());
-    let count = if all_convex { 1 } else { MOST_AS_NEAR };
+    let count = if all_convex { 1 } else { MAX_POLISHED };
     let mut starts = std::mem::take(&mut search.known.starts);
     starts.clear();
-    let as_near = search.known.exits.iter().take(count).filter(|end| end.distance <= AS_NEAR * best);
+    let as_near = search.known.exits.iter().take(count).filter(|end| end.distance <= POLISHED_DEPTH_FACTOR * best);
     as_near.for_each(|end| starts.extend_from_slice(&end.config));
     for start in starts.chunks_exact(search.known.rest.len()) {
         if search.evaluator.is_spent() {
@@ -46,7 +47,7 @@ fn polish_nearest(search: &mut Search) {
     search.known.starts = starts;
 }
 
-/// Each of the exits that are wanted; those that turn out to collide are none.
+/// Polishes each of the wanted exits, and drops those that collide.
 fn polish_several(search: &mut Search) {
     let (wanted, nq) = (search.known.wanted, search.known.rest.len());
     let mut starts = std::mem::take(&mut search.known.starts);

@@ -1,11 +1,12 @@
-//! How a query is made to prove its answer: branch and bound until the gap is closed.
+//! Proof of an answer by branch and bound.
 
 use super::Search;
 use crate::cspace::Label;
 use crate::query::bound::branch_and_bound::{Branches, Step};
 use crate::query::groups::Groups;
 
-/// Branch and bound until the gap is closed, the budget is spent or nothing can be expanded.
+/// Raises the lower bound by branch and bound until the gap is closed, the budget is spent or
+/// nothing can be expanded.
 pub fn prove(search: &mut Search) {
     if search.is_proved() || !Branches::can_search(search.context) {
         return;
@@ -24,7 +25,8 @@ pub fn prove(search: &mut Search) {
     search.known.proof.branches = branches;
 }
 
-/// Each group of pairs by itself, while the others stay where the exit has them: their squares add.
+/// Bounds each group of pairs by itself, while other joints stay where the exit has them. The
+/// squares of the bounds add.
 fn prove_groups(search: &mut Search, groups: &Groups, gap: f64, branches: &mut Branches) {
     let nv = search.context.checker.scene().space.nv();
     let mut squared = 0.0;
@@ -35,13 +37,13 @@ fn prove_groups(search: &mut Search, groups: &Groups, gap: f64, branches: &mut B
     search.known.proof.raise(f64::sqrt(squared));
 }
 
-/// Branch and bound over all coordinates, or some; what it proves.
+/// Runs branch and bound over all coordinates, or those that `holds` marks; returns the bound.
 fn branch(search: &mut Search, branches: &mut Branches, holds: Option<&[bool]>, gap: f64) -> f64 {
     let (context, q) = (search.context, search.known.anchor.q.clone());
     let nearest = |search: &Search| search.known.exits.nearest().map(|end| end.config.clone()).unwrap_or_default();
     let exit = nearest(search);
     branches.begin(context, &q, holds, &exit);
-    // What these coordinates have of the depth.
+    // Only these coordinates count in the depth to reach.
     let mut depth = branches.length(context, &q, &exit);
     let mut next = 1;
     while !search.evaluator.is_spent() {
@@ -52,7 +54,7 @@ fn branch(search: &mut Search, branches: &mut Branches, holds: Option<&[bool]>, 
                 depth = depth.min(found);
                 offer(search, branches.config());
             }
-            // Near what is left there may be exits that no descent has found.
+            // Exits that no descent has found may lie near an open branch.
             Step::Open if branches.expanded() >= next => {
                 next *= 2;
                 let (ceiling, config) = (search.known.exits.depth(), branches.config().to_vec());
@@ -67,7 +69,7 @@ fn branch(search: &mut Search, branches: &mut Branches, holds: Option<&[bool]>, 
     branches.bound()
 }
 
-/// Takes in a configuration if it is free and nearer than every exit.
+/// Offers a configuration if it is free and nearer than every exit.
 fn offer(search: &mut Search, config: &[f64]) {
     let depth = search.evaluator.distance(search.context, &search.known.anchor, config);
     if depth < search.known.exits.depth() && search.evaluator.label(search.context, config) == Label::Free {

@@ -1,4 +1,4 @@
-//! Memory that queries reuse, and what can be asked of the last one.
+//! Memory that queries reuse, and the other exits that the last one found.
 
 use std::sync::Arc;
 
@@ -25,26 +25,25 @@ pub struct QueryScratch {
     pub(crate) groups: Groups,
     pub(crate) report: ReportScratch,
     pub(crate) group_memory: GroupMemory,
-    /// Stored samples and their distances.
+    /// Stored samples with their distances from the query.
     pub(crate) near: Vec<(u32, f64)>,
     /// Pairs that collide at the query moved onto the limits.
     pub(crate) at_rest: Vec<PairId>,
 }
 
 impl QueryScratch {
-    /// An exact check, counted.
+    /// Checks a configuration exactly; the check counts.
     pub(crate) fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         self.evaluator.label(context, q)
     }
 
-    /// Checks of the last query so far.
+    /// Returns the number of checks of the last query so far.
     pub(crate) fn checks(&self) -> usize {
         self.evaluator.checks
     }
 
-    /// Up to `most` other exits with their depths, distinct from the answer and from each other,
-    /// where descents of the last query ended besides: nearest first, not carried to the last digit
-    /// and not checked.
+    /// Returns up to `most` other exits of the last query with their depths, nearest first. They
+    /// are distinct from the answer and from each other, but may be neither polished nor verified.
     pub(crate) fn other_exits(&mut self, space: &ConfigSpace, answer: &Answer, most: usize) -> Vec<(f64, Vec<f64>)> {
         let Known { exits, local, .. } = &mut self.known;
         let others = exits.besides(space, local, (answer.depth, &answer.witness)).take(most);
@@ -55,56 +54,54 @@ impl QueryScratch {
 /// Memory that reports reuse.
 #[derive(Default)]
 pub struct ReportScratch {
-    /// Paths that the free radius is proved by.
+    /// Motion bound that proves the free radius.
     pub motion: MotionPath,
-    /// The witness, which the gradient is seen from.
+    /// The witness with its poses, for the gradient.
     pub far_anchor: Anchor,
-    /// The metric's model at the witness, for the gradient.
+    /// Model at the query of the distance from the witness, for the gradient.
     pub quadratic: Quadratic,
-    /// A configuration beside the query.
+    /// The query displaced by `step`, for differences.
     pub moved: Vec<f64>,
-    /// The step to it.
     pub step: Vec<f64>,
 }
 
-/// What the search of a group found.
+/// Result of the search of a group.
 #[derive(Default)]
 pub struct Found {
     pub root: usize,
     /// Its exits, row major, nearest first; other joints are where the query has them.
     pub exits: Vec<f64>,
-    /// What is proved of its depth, if anything is.
+    /// Proved lower bound on its depth, if one was computed.
     pub bound: Option<f64>,
-    /// The share of exits that may not have been met.
+    /// Estimate of [`Known::unseen`] for the group.
     pub unseen: f64,
 }
 
 /// Memory that searches of groups reuse.
 #[derive(Default)]
 pub struct GroupMemory {
-    /// What the groups that were searched have found.
+    /// Results of the groups searched so far.
     pub found: Vec<Found>,
     pub spare: Vec<Found>,
-    /// For every checked pair, whether the group alone moves it, and whether stored planes hold.
+    /// For every checked pair, whether the group alone moves it, and whether stored contact planes
+    /// hold.
     pub judged: Option<Arc<Vec<bool>>>,
     pub holding: Vec<bool>,
-    /// For every tangent coordinate, whether it stays.
+    /// For every tangent coordinate, whether it stays where the query has it.
     pub locked: Vec<bool>,
-    /// Pairs that collide.
+    /// Colliding pairs of the group, or of the combined exit.
     pub own: Vec<PairId>,
-    /// What the groups make together.
+    /// Combination of the nearest exits of all groups.
     pub best: Vec<f64>,
     pub config: Vec<f64>,
     pub bounds: Vec<f64>,
 }
 
 impl GroupMemory {
-    /// Forgets what groups have found.
     pub fn forget_found(&mut self) {
         self.spare.append(&mut self.found);
     }
 
-    /// Forgets what some groups have found.
     pub fn drop_found(&mut self, is_dropped: impl Fn(&Found) -> bool) {
         while let Some(at) = self.found.iter().position(&is_dropped) {
             self.spare.push(self.found.remove(at));

@@ -1,5 +1,5 @@
-//! Where descents start: along directions in which bodies part, at stored samples and around the
-//! query. And what is taken as a last resort: the nearest stored sample, or anything free.
+//! Sources of starts: directions in which bodies part, stored samples, and configurations around
+//! the query. As a last resort, the nearest stored sample or anything free is taken.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ use crate::query::descent::Start;
 use crate::query::local_metric::LocalMetric;
 use crate::query::plan::Plan;
 
-/// What proposes starts.
+/// A source that proposes starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Displacements along which colliding bodies part, shortest first.
@@ -26,16 +26,16 @@ pub enum Source {
     Around,
 }
 
-/// Configurations that are looked at anywhere.
-const LAST_RESORT: u64 = 20_000;
-/// Distances of starts around the query, as shares of the depth, in turns. Nearer than the depth
-/// all of them collide, and descents out of an overlap often get stuck: from 0.2 to 0.8 queries
-/// take a third more checks and find the same.
-const RADII: [f64; 4] = [0.8, 1.1, 1.4, 1.7];
+/// Configurations that are tried anywhere before a search gives up.
+const MAX_ANYWHERE: u64 = 20_000;
+/// Distances of starts around the query as shares of the depth, used one after another. Shares from
+/// 0.2 to 0.8 find the same for a third more checks (lab L120). Everything nearer than the depth
+/// collides, and descents out of an overlap often get stuck.
+const RADIUS_SHARES: [f64; 4] = [0.8, 1.1, 1.4, 1.7];
 
 impl Source {
-    /// Fewest and most starts that a plan takes of it: more than the fewest only for as long as
-    /// they find something nearer.
+    /// Returns the fewest and the most starts of a plan. Starts beyond the fewest follow a success,
+    /// or replace starts that got stuck.
     pub fn starts(self, plan: &Plan) -> [usize; 2] {
         match self {
             Self::Directions => [plan.most_directions; 2],
@@ -44,7 +44,7 @@ impl Source {
         }
     }
 
-    /// A descent from the start of a number; whether there was one.
+    /// Descends from the start with this number; returns whether there was one.
     pub fn descend(self, search: &mut Search, number: usize) -> bool {
         match self {
             Self::Directions => visit_next(search),
@@ -74,7 +74,7 @@ fn from_stored(search: &mut Search, number: usize) -> bool {
     true
 }
 
-/// Takes the nearest stored sample that is free, if it is nearer than every exit.
+/// Offers the nearest stored sample that is free, if it is nearer than every exit.
 pub fn take_stored(search: &mut Search) {
     let Some(from) = search.context.stored else { return };
     let mut stored = std::mem::take(&mut search.known.stored);
@@ -91,13 +91,13 @@ pub fn take_stored(search: &mut Search) {
     search.known.stored = stored;
 }
 
-/// Takes the first free configuration of a low-discrepancy sequence, and descends from it.
+/// Offers the first free configuration of a low-discrepancy sequence, and descends from it.
 pub fn take_anywhere(search: &mut Search) {
     let (context, space) = (search.context, &search.context.checker.scene().space);
     let halton = Halton::new(space.nv(), 0);
     let mut config = std::mem::take(&mut search.known.start);
     config.resize(space.nq(), 0.0);
-    for index in 0..LAST_RESORT {
+    for index in 0..MAX_ANYWHERE {
         if search.evaluator.is_stopped() {
             break;
         }
@@ -112,17 +112,17 @@ pub fn take_anywhere(search: &mut Search) {
     search.known.start = config;
 }
 
-/// A descent from a configuration around the query, free or not, whose direction is the same in
-/// every query: it sees exits that are too near or too narrow for other sources.
+/// Descends from a configuration around the query, free or not, in a pseudo-random direction seeded
+/// by `number`. This meets exits that are too near or too narrow for other sources.
 fn from_around(search: &mut Search, number: usize) -> bool {
     let (context, space) = (search.context, &search.context.checker.scene().space);
     let mut start = std::mem::take(&mut search.known.start);
     let mut step = std::mem::take(&mut search.known.step);
     step.resize(space.nv(), 0.0);
     start.clone_from(&search.known.anchor.q);
-    let radius = RADII[number % RADII.len()] * search.known.exits.depth();
+    let radius = RADIUS_SHARES[number % RADIUS_SHARES.len()] * search.known.exits.depth();
     direction(context, &search.known.local, &mut ChaCha8Rng::seed_from_u64(number as u64), &mut step);
-    // Twice: the first step measures how long it is in the metric.
+    // Two passes: lengths in the metric need not be proportional to the step.
     for _ in 0..2 {
         space.integrate(&search.known.anchor.q, &step, &mut start);
         let length = search.evaluator.distance(context, &search.known.anchor, &start);
@@ -137,14 +137,14 @@ fn from_around(search: &mut Search, number: usize) -> bool {
     true
 }
 
-/// A random direction of the joints that may move, uniform as the metric at the query sees it.
+/// Draws a direction of the joints that may move, uniform in the metric at the query.
 fn direction(context: &Context, local: &LocalMetric, rng: &mut ChaCha8Rng, step: &mut [f64]) {
     step.iter_mut().for_each(|s| *s = normal(rng));
     local.spread(step);
     step.iter_mut().enumerate().filter(|(v, _)| context.is_locked(*v)).for_each(|(_, s)| *s = 0.0);
 }
 
-/// A standard normal number (Box and Muller).
+/// Draws a standard normal number (Box and Muller).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
     (-2.0 * ln(u)).sqrt() * sin_cos(std::f64::consts::TAU * v).1

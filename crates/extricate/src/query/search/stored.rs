@@ -1,4 +1,4 @@
-//! Which stored samples a search starts from: the nearest, no two alike.
+//! Choice of the stored samples that a search starts from: the nearest, no two alike.
 
 use crate::math::linear_algebra::dot;
 use crate::metric::Anchor;
@@ -7,26 +7,26 @@ use crate::query::local_metric::LocalMetric;
 use crate::query::plan::Plan;
 use crate::samples::{BoundaryScratch, SampleKind, SampleQuery};
 
-/// Stored samples that are looked at for each that is started from.
-const LOOKED_AT: usize = 4;
+/// Candidates for each start: near samples lie in crowds, of which one start is enough.
+const CANDIDATES_PER_START: usize = 4;
 
 /// Stored samples near the query, no two alike.
 #[derive(Default)]
 pub struct StoredStarts {
-    /// Samples that starts are chosen of, with their distances, nearest first.
+    /// Candidates for starts, nearest first, with their distances; with squared distances in the
+    /// other coordinates if joints are locked.
     pub near: Vec<(u32, f64)>,
     looked_at: usize,
     pub chosen: Vec<u32>,
     /// Coordinates of the chosen ones in which the local metric is the identity.
     places: Vec<f64>,
     config: Vec<f64>,
-    /// Numbers of the factors that are not locked.
+    /// Indices of the factors that are not locked.
     moving: Vec<usize>,
     pub is_gathered: bool,
 }
 
 impl StoredStarts {
-    /// Forgets those of another search.
     pub fn reset(&mut self) {
         (self.looked_at, self.is_gathered) = (0, false);
         self.near.clear();
@@ -34,12 +34,12 @@ impl StoredStarts {
         self.places.clear();
     }
 
-    /// Gathers samples that `plan.stored` starts are chosen of. If joints are held still, those
-    /// whose other coordinates are near count.
+    /// Gathers candidates for `plan.stored` starts. If joints are locked, only the distance in the
+    /// other coordinates counts.
     pub fn gather(&mut self, context: &Context, plan: &Plan, q: &Anchor, scratch: &mut BoundaryScratch) {
         self.is_gathered = true;
         let Some(stored) = context.stored else { return };
-        let (samples, count) = (stored.samples, LOOKED_AT * plan.stored);
+        let (samples, count) = (stored.samples, CANDIDATES_PER_START * plan.stored);
         let among = if samples.solved() == 0 { SampleKind::All } else { SampleKind::Solved };
         if context.locked.is_empty() {
             let wanted = SampleQuery { among, care: plan.care, ..SampleQuery::NEAREST };
@@ -51,7 +51,7 @@ impl StoredStarts {
         let first = if among == SampleKind::All { 0 } else { samples.len() - samples.solved() };
         for id in first as u32..samples.len() as u32 {
             let config = samples.config(id);
-            // Most samples are farther in a coordinate or two than all that count.
+            // Most samples exceed the limit after a coordinate or two.
             let limit = if self.near.len() < count { f64::INFINITY } else { self.near[count - 1].1 };
             let mut squared = 0.0;
             for &factor in &self.moving {
@@ -68,7 +68,7 @@ impl StoredStarts {
         }
     }
 
-    /// Chooses the next sample that is unlike all that were chosen; whether there is one.
+    /// Chooses the next candidate that is unlike all chosen samples; returns whether there was one.
     pub fn choose_next(
         &mut self,
         context: &Context,

@@ -1,5 +1,4 @@
-//! Queries that come one after the other from nearly the same place, as from a simulation or a
-//! haptic device.
+//! Queries that follow each other closely, as those of a simulation or a haptic device.
 
 mod proxy;
 
@@ -18,22 +17,22 @@ use super::termination::Termination;
 use crate::cspace::{Config, Label};
 use crate::error::{Error, Result};
 use crate::interface::setters;
-use proxy::{Proxy, ROOM};
+use proxy::{DEFAULT_MARGIN_M, Proxy};
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct StreamOptions {
     /// The exit of the last frame is kept until another one is nearer by more than this share of
-    /// its depth, in `[0, 1)`: 0 always takes the nearest, 0.1 keeps directions from flipping
+    /// its depth, in `[0, 1)`. 0 always takes the nearest; 0.1 keeps directions from flipping
     /// between two exits that are about as near.
     pub hysteresis: f64,
-    /// How many descents start from stored samples each frame: those of a single query, in turn.
-    /// Samples that their contact planes rule out cost nothing and do not count; those that are too
-    /// far for a descent count.
+    /// Number of starts that a frame tries besides the last exit. Frames go through the starts of a
+    /// single query one after another: the stored samples, then those around the query. A start
+    /// that its contact planes prune costs nothing and does not count; every other start counts.
     pub starts_per_frame: usize,
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
-    /// every configuration on its way is proved free. It may then be held behind something while
+    /// every configuration on its way is proved free. It may then be held behind an obstacle while
     /// another exit is nearer ([`Answer::nearest`]), or while the query is free. It aims at
     /// [`QueryOptions::clearance`], by default 0.5 mm more than the scene's, and `hysteresis` has
     /// no effect.
@@ -49,7 +48,7 @@ setters! {
 }
 
 impl StreamOptions {
-    /// Whether every option has a value.
+    /// Checks that every option has an allowed value.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option, its value and what was expected.
@@ -63,40 +62,40 @@ impl StreamOptions {
 }
 
 impl Default for StreamOptions {
-    /// No hysteresis, two starts a frame.
+    /// Returns options with no hysteresis, two starts a frame and no proxy.
     fn default() -> Self {
         Self { hysteresis: 0.0, starts_per_frame: 2, continuous: false }
     }
 }
 
-/// Least room that a proxy aims at \[m\]: with less, its moves along contacts are not proved.
-const LEAST_ROOM: f64 = 1e-4;
+/// Least distance beyond the scene's clearance that a proxy aims at \[m\]: with less, its moves
+/// along contacts are not proved.
+const MIN_MARGIN_M: f64 = 1e-4;
 
-/// What is carried from one query to the next, and memory. It belongs to no scene: each frame may
-/// be in another one of the same joints.
+/// State that is carried from one query to the next, and memory. It belongs to no scene: each frame
+/// may be in another scene of the same joints.
 #[derive(Default)]
 pub struct Follower {
     options: StreamOptions,
-    /// The options of each query.
     query: QueryOptions,
     scratch: QueryScratch,
     last: Last,
     proxy: Proxy,
 }
 
-/// What a frame leaves for the next one.
+/// Results of a frame that the next one uses.
 #[derive(Debug, Clone, Default)]
 struct Last {
-    /// Its exit; empty if there is none.
+    /// Exit of the frame; empty if there is none.
     exit: Vec<f64>,
-    /// How many coordinates a query has.
+    /// Number of coordinates of a query.
     nq: usize,
-    /// The start whose turn it is.
+    /// Number of the start that the next frame tries first.
     next: usize,
 }
 
 impl Last {
-    /// Notes the exit of a frame, which the next one follows.
+    /// Keeps the exit of a frame for the next one to follow.
     fn keep(&mut self, answer: &Answer) {
         if !answer.is_free() {
             self.exit.clear();
@@ -108,34 +107,34 @@ impl Last {
 }
 
 impl Follower {
-    /// One that has seen nothing. A frame has one answer: `exits` has no effect.
+    /// Creates a follower before its first frame. A frame has one answer: `exits` has no effect.
     pub fn new(options: StreamOptions, query: QueryOptions) -> Self {
         let query = QueryOptions { exits: 1, ..query };
         Self { options, query, ..Self::default() }
     }
 
-    /// Forgets the frames so far: the next one is answered as a query on its own.
+    /// Forgets the frames so far: the next one is answered as a single query.
     pub fn restart(&mut self) {
         self.last.exit.clear();
         self.last.next = 0;
         self.proxy.config.clear();
     }
 
-    /// What the next frames may spend.
+    /// Limits the budget of each of the next frames.
     pub fn limit(&mut self, termination: Termination) {
         self.query.termination = termination;
     }
 
-    /// Checks of the last frame.
+    /// Returns the number of checks of the last frame.
     pub fn checks(&self) -> usize {
         self.scratch.checks()
     }
 
-    /// The answer for the next frame; `None` as of [`super::query`].
+    /// Answers the next frame; returns `None` if [`super::query`] would.
     ///
     /// # Guarantee
-    /// That of [`super::query`]. While the query stands still, every start of a refined query is
-    /// tried within as many frames as `starts_per_frame` goes into their number.
+    /// The guarantee of [`super::query`] holds. While the query stands still, successive frames try
+    /// all its stored samples and starts around it, `starts_per_frame` at a time.
     pub fn query(&mut self, context: &Context, q: &Config) -> Option<Answer> {
         let options = self.query.clone();
         if self.last.nq != q.len() {
@@ -148,7 +147,8 @@ impl Follower {
         let Self { options: own, scratch, last, .. } = self;
         let next = last.next;
         let mut answer = under(context, q, &options, scratch, |context, options, hint, scratch| {
-            // A frame may be searched with several clearances, each from the start in turn.
+            // A frame may be searched with several clearances; each search begins at the same
+            // start.
             last.next = next;
             let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             if !answer.is_free() {
@@ -161,9 +161,10 @@ impl Follower {
         Some(answer)
     }
 
-    /// The nearest exit, and where the proxy goes.
+    /// Searches the nearest exit and moves the proxy, which is the witness of the answer.
     fn follow(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
-        let aim = options.clearance.unwrap_or(context.clearance + ROOM).max(context.clearance + LEAST_ROOM);
+        let aim =
+            options.clearance.unwrap_or(context.clearance + DEFAULT_MARGIN_M).max(context.clearance + MIN_MARGIN_M);
         let asked = QueryOptions { clearance: None, ..options.clone() };
         let Self { options: own, scratch, last, proxy, .. } = self;
         under(context, q, &asked, scratch, |context, options, hint, scratch| {
@@ -171,7 +172,7 @@ impl Follower {
             last.keep(&answer);
             answer.nearest = Some(answer.depth);
             context.metric.anchor(q, &mut scratch.known.anchor);
-            // In this frame's scene something may have moved onto it.
+            // In this frame's scene something may have moved onto the proxy.
             if proxy.config.is_empty() || scratch.label(context, &proxy.config) != Label::Free {
                 seat(proxy, context, aim, &answer.witness, scratch);
             }
@@ -185,7 +186,8 @@ impl Follower {
                 answer.max_displacement = context.metric.max_displacement_from(&known.anchor, &answer.witness, metric);
             } else if answer.depth > 0.0 {
                 report(context, options, scratch, &mut answer);
-                // It stands off by what it aims at.
+                // The proxy keeps off by the clearance that it aims at, so contacts are those
+                // within it.
                 let aimed = context.checker.with_clearance(clearance);
                 touches(&Context { checker: &aimed, clearance, ..*context }, &mut scratch.evaluator, &mut answer);
             }
@@ -196,7 +198,7 @@ impl Follower {
     }
 }
 
-/// The exit of a frame, of which nothing is said yet.
+/// Searches the exit of a frame; the report is left to the caller.
 fn search(
     context: &Context,
     q: &Config,
@@ -220,8 +222,8 @@ fn search(
     Some(answer)
 }
 
-/// Keeps to where the exit of the last frame leads, unless another is nearer by more than the
-/// hysteresis.
+/// Replaces the answer by the end of the descent from the last frame's exit, unless the answer is
+/// nearer by more than the hysteresis.
 fn keep_to_last(
     context: &Context,
     (hysteresis, options): (f64, &QueryOptions),
@@ -247,8 +249,8 @@ fn keep_to_last(
     }
 }
 
-/// Where a proxy begins: at what keeps the clearance that it aims at, or as much of it as is kept
-/// near the exit. No move that begins on a contact is proved.
+/// Places the proxy near the exit, where it keeps the clearance that it aims at, or as much of it
+/// as possible. A move that begins on a contact cannot be proved.
 fn seat(proxy: &mut Proxy, context: &Context, aim: f64, exit: &[f64], scratch: &mut QueryScratch) {
     let anchor = std::mem::take(&mut scratch.known.anchor);
     let pushed = push_nearby(context, &anchor, exit, (aim, false), scratch);
@@ -257,7 +259,7 @@ fn seat(proxy: &mut Proxy, context: &Context, aim: f64, exit: &[f64], scratch: &
     proxy.config.extend_from_slice(pushed.as_ref().map_or(exit, |(_, config)| config));
 }
 
-/// The clearance that a free witness keeps, at most `aim` \[m\].
+/// Returns the clearance that a free witness keeps, at most `aim` \[m\].
 fn kept(context: &Context, aim: f64, witness: &[f64], evaluator: &mut Evaluator) -> f64 {
     let checker = context.checker.with_clearance(aim);
     let aimed = Context { checker: &checker, clearance: aim, ..*context };
@@ -268,7 +270,7 @@ fn kept(context: &Context, aim: f64, witness: &[f64], evaluator: &mut Evaluator)
     near.iter().map(|contact| contact.distance).fold(aim, f64::min).max(context.clearance)
 }
 
-/// Says what touches at the witness under the clearance of `aimed`.
+/// Reports the contacts that touch at the witness under the clearance of `aimed`.
 fn touches(aimed: &Context, evaluator: &mut Evaluator, answer: &mut Answer) {
     answer.contacts.clear();
     answer.contacts.extend_from_slice(evaluator.touching(aimed, &answer.witness, aimed.clearance + TOUCHING));

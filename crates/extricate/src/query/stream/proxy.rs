@@ -1,35 +1,36 @@
-//! A stream that does not teleport: a proxy that only moves where its whole way is proved free.
+//! The proxy of a continuous stream, which only moves where its whole way is proved free.
 //!
-//! The nearest exit jumps where another becomes nearer, and the straight way there leads through
-//! what collides. A proxy goes toward the query as far as contacts let it: its direction turns
-//! where they change, and what it is held behind is told.
+//! The nearest exit jumps when another becomes nearer, and the straight way there leads through
+//! collisions. A proxy goes toward the query as far as contacts let it. Its direction changes with
+//! the contacts, and the answer reports those that hold it.
 
 use crate::collision::{ContactQuery, ContactSearch, SegmentBudget, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
 use crate::metric::Anchor;
-use crate::query::constraints::HALVINGS;
+use crate::query::constraints::MAX_HALVINGS;
 use crate::query::context::Context;
 use crate::query::descent::subproblem::Subproblem;
 use crate::query::evaluate::Evaluator;
 use crate::query::plan::MARGIN;
 use crate::query::qp::QpOutcome;
 
-/// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
-/// along a contact are proved in stretches of about this.
-pub const ROOM: f64 = 5e-4;
-/// Most steps of a frame.
-const STEPS: usize = 8;
-/// Stretches that a move is proved in, at most: a frame takes a bounded time, and what is left of a
-/// long move is of the next frames.
-const STRETCHES: usize = 64;
-/// A step that the first contact cuts to less than this share is tried shorter.
-const CUT: f64 = 0.1;
-/// The trust region shrinks to this share then.
-const SHRINK: f64 = 0.3;
-/// A step that brings the proxy nearer by less than this share of its distance is the last.
-const TOLERANCE: f64 = 1e-3;
-/// Contacts are constraints within this share of the farthest motion, at least some rooms \[m\].
-const REACH: f64 = 1.2;
+/// Distance beyond the scene's clearance that a proxy aims at by default \[m\]: moves along a
+/// contact are proved in stretches of about this length.
+pub const DEFAULT_MARGIN_M: f64 = 5e-4;
+/// Most steps of the proxy in a frame.
+const MAX_STEPS: usize = 8;
+/// Most stretches in which a move is proved, so that a frame takes a bounded time. The next frames
+/// continue a longer move.
+const MAX_STRETCHES: usize = 64;
+/// A step of which less than this share is proved free is tried again, shorter.
+const RETRIED_SHARE: f64 = 0.1;
+/// Trust region of the shorter try, as a share of the step.
+const SHRINK_SHARE: f64 = 0.3;
+/// A step is the last if it brings the proxy nearer by less than this share of its distance.
+const TOLERANCE_SHARE: f64 = 1e-3;
+/// Contacts are constraints within this multiple of the farthest motion, at least four default
+/// margins.
+const REACH_FACTOR: f64 = 1.2;
 
 /// A free configuration that follows the query.
 ///
@@ -38,24 +39,24 @@ const REACH: f64 = 1.2;
 /// display of rigid bodies with surface properties", IEEE Transactions on Visualization and
 /// Computer Graphics 13(3), 2007, doi:10.1109/TVCG.2007.1028: the proxy moves in the direction that
 /// contacts allow, as far as continuous collision detection finds it free. Deviations: articulated
-/// models; several steps a frame; the motion is proved free by bounds, with the clearance.
+/// models; several steps a frame; bounds prove the motion free, including the clearance.
 #[derive(Default)]
 pub struct Proxy {
-    /// Where it is; empty before the first frame.
+    /// Present configuration; empty before the first frame.
     pub config: Vec<f64>,
     target: Vec<f64>,
     subproblem: Subproblem,
-    /// Whether the last step found that no configuration nearby keeps what is aimed at.
+    /// Whether no configuration near the last step keeps the clearance that was aimed at.
     is_tight: bool,
 }
 
 impl Proxy {
-    /// Moves toward the anchor, along contacts at the clearance `aim` \[m\], which is greater than
-    /// the scene's, so that every straight move is proved free in `context`. In a place too narrow
-    /// for it, as much of it is aimed at as halving finds; this is returned.
+    /// Moves toward the anchor along contacts at the clearance `aim` \[m\]. It exceeds the scene's,
+    /// so that every straight move is proved free in `context`. In too narrow a place, the excess
+    /// is halved until the proxy can move. Returns the clearance that was aimed at last.
     pub fn follow(&mut self, context: &Context, aim: f64, anchor: &Anchor, evaluator: &mut Evaluator) -> f64 {
         let (mut clearance, before) = (aim, self.config.clone());
-        for halvings in 0..=HALVINGS {
+        for halvings in 0..=MAX_HALVINGS {
             clearance = context.clearance + (aim - context.clearance) * 0.5_f64.powi(halvings);
             let checker = context.checker.with_clearance(clearance);
             self.is_tight = false;
@@ -76,36 +77,37 @@ impl Proxy {
             return;
         }
         let mut distance = evaluator.distance(context, anchor, &self.config);
-        // Contacts are known as far as a step may go.
+        // A step must not leave the range in which contacts are known.
         let most = MARGIN / context.metric.lever().max(1e-9);
         let (mut radius, mut has_moved) = (distance.max(1e-3 * context.scale).min(most), false);
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             if distance <= 0.0 || evaluator.is_spent() {
                 return;
             }
             let Some(length) = self.step(aimed, anchor, (distance, radius), evaluator) else { return };
             let share = proved(context, aimed, (&start, &self.target), evaluator);
             if share < 1.0 && has_moved {
-                // The way around what is between is not straight: the rest is of the next frame.
+                // The straight way from the start is not proved; the next frame goes on from here.
                 return;
             }
             self.go(context, (&start, share), evaluator);
             has_moved |= share > 0.0;
             let now = evaluator.distance(context, anchor, &self.config);
-            if share < CUT {
-                (radius, has_moved) = (SHRINK * length.min(radius), false);
+            if share < RETRIED_SHARE {
+                (radius, has_moved) = (SHRINK_SHARE * length.min(radius), false);
                 self.config.copy_from_slice(&start);
-            } else if share < 1.0 || distance - now < TOLERANCE * distance {
+            } else if share < 1.0 || distance - now < TOLERANCE_SHARE * distance {
                 return;
             }
-            if radius < TOLERANCE * distance {
+            if radius < TOLERANCE_SHARE * distance {
                 return;
             }
             distance = if has_moved { now } else { distance };
         }
     }
 
-    /// Finds where a step along the contacts leads; how long it is, where there is one.
+    /// Sets `target` to the end of a step along the contacts. Returns its length, or `None` if it
+    /// is negligible or no step keeps the clearance.
     fn step(
         &mut self,
         aimed: &Context,
@@ -113,7 +115,7 @@ impl Proxy {
         (distance, radius): (f64, f64),
         evaluator: &mut Evaluator,
     ) -> Option<f64> {
-        let reach = (REACH * distance.min(radius) * aimed.metric.lever()).max(4.0 * ROOM);
+        let reach = (REACH_FACTOR * distance.min(radius) * aimed.metric.lever()).max(4.0 * DEFAULT_MARGIN_M);
         let query = ContactQuery { margin: aimed.clearance + reach, search: ContactSearch::Exact };
         evaluator.contacts_at(aimed, &self.config, query);
         let poses = evaluator.check.poses();
@@ -127,10 +129,10 @@ impl Proxy {
         let length = subproblem.clip_step();
         target.resize(config.len(), 0.0);
         aimed.checker.scene().space.integrate(config, &subproblem.step, target);
-        (length > TOLERANCE * TOLERANCE * distance).then_some(length)
+        (length > TOLERANCE_SHARE * TOLERANCE_SHARE * distance).then_some(length)
     }
 
-    /// Goes by a proved share of the straight way to the target.
+    /// Moves by the proved share of the straight way from `start` to the target.
     fn go(&mut self, context: &Context, (start, share): (&[f64], f64), evaluator: &mut Evaluator) {
         if share >= 1.0 {
             self.config.copy_from_slice(&self.target);
@@ -138,18 +140,18 @@ impl Proxy {
         }
         let mut moved = vec![0.0; start.len()];
         context.checker.scene().space.interpolate(start, &self.target, share, &mut moved);
-        // What interpolation rounds is not proved.
+        // Interpolation rounds, and the rounded configuration is not proved.
         if evaluator.label(context, &moved) == Label::Free {
             self.config.copy_from_slice(&moved);
         }
     }
 }
 
-/// Which share of a straight way is proved free.
+/// Returns the share of a straight way that is proved free.
 fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), evaluator: &mut Evaluator) -> f64 {
     let options = SegmentOptions { resolution: 0.5 * (aimed.clearance - context.clearance) };
     evaluator.checks += 1;
-    let budget = SegmentBudget { stretches: STRETCHES, ..SegmentBudget::UNLIMITED };
+    let budget = SegmentBudget { stretches: MAX_STRETCHES, ..SegmentBudget::UNLIMITED };
     match context.checker.segment_within((from, to), &options, &budget, &mut evaluator.check) {
         SegmentOutcome::Free => 1.0,
         SegmentOutcome::Contact { free_until, .. } | SegmentOutcome::Undecided { free_until, .. } => free_until,
@@ -166,8 +168,8 @@ mod tests {
     use crate::scene::builtin;
     use rand::{RngExt, SeedableRng};
 
-    /// Motions between random configurations, in small frames: every move of the proxy is proved,
-    /// it is never nearer than the nearest exit, and it follows into the open.
+    /// The queries move between random configurations in small frames. Every move of the proxy has
+    /// to be proved, it is never nearer than the nearest exit, and it follows into the open.
     #[test]
     fn a_proxy_never_jumps_and_never_lags_in_the_open() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);

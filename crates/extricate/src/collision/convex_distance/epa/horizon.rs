@@ -11,7 +11,6 @@ pub(crate) struct Horizon {
 }
 
 impl Horizon {
-    /// Of an empty patch.
     pub fn empty() -> Self {
         Self { edges: [[0; 2]; MAX_EDGES], count: 0 }
     }
@@ -20,7 +19,8 @@ impl Horizon {
         &self.edges[..self.count]
     }
 
-    /// Adds a triangle to the patch; `false` where there is no room.
+    /// Adds a triangle to the patch; returns `false` if its border would be longer than
+    /// [`MAX_EDGES`].
     #[inline(always)]
     pub fn add(&mut self, [a, b, c]: [u8; 3]) -> bool {
         for [from, to] in [[a, b], [b, c], [c, a]] {
@@ -37,8 +37,8 @@ impl Horizon {
         true
     }
 
-    /// Whether the edges make one loop that meets no vertex twice, as around a patch of a convex
-    /// surface.
+    /// Returns whether the edges form one loop that meets no vertex twice, as around a patch of a
+    /// convex surface.
     pub fn is_one_loop(&self) -> bool {
         let Some([start, mut at]) = self.edges().first().copied() else { return false };
         let mut met = 1_u128 << start;
@@ -53,8 +53,8 @@ impl Horizon {
         at == start
     }
 
-    /// Whether the patch stays one loop with this triangle: it shares an edge, and its other corner
-    /// is new or is closed in.
+    /// Returns whether the border stays one loop with this triangle: it shares an edge, and its
+    /// other corner is new or is closed in.
     pub fn can_grow(&self, [a, b, c]: [u8; 3]) -> bool {
         let shared = [[b, a], [c, b], [a, c]].map(|edge| self.position(edge).is_some());
         let is_on_loop = |corner: u8| self.edges().iter().any(|edge| edge[0] == corner);

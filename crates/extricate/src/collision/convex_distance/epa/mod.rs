@@ -20,23 +20,23 @@ use start::Start;
 /// Depth of the origin in the difference of two cores, in the frame of the first: `lower <= depth
 /// <= upper` \[m\].
 pub(crate) struct Penetration {
-    /// Proved by the polytope; about 0 where nothing is proved.
+    /// Proved by the polytope; about 0 if nothing is proved.
     pub lower: f64,
     /// Proved by the support plane at `normal`.
     pub upper: f64,
-    /// Unit: moving the first core by `-upper` along it parts the cores.
+    /// Unit normal: moving the first core by `-upper` along it parts the cores.
     pub normal: Vec3,
-    /// Deepest point of the first core \[m\]; that of the second lies `upper` behind it, at the
+    /// Deepest point of the first core \[m\]. That of the second lies `upper` behind it, at the
     /// plane and not in a face, because a curved boundary bulges beyond its faces.
     pub first: Vec3,
 }
 
-/// Depth of the origin, which `simplex` holds or touches. Stops early when the depth is proved to
-/// be above `deeper_than` or at most `not_above` \[m\].
+/// Returns the depth of the origin, which `simplex` holds or touches. Stops early if the depth is
+/// proved to be above `deeper_than` or at most `not_above` \[m\].
 ///
 /// # Cost
-/// At most one support point a vertex of the polytope, 128 in all: about 10 for small polytopes,
-/// and no allocation.
+/// At most one support point per vertex of the polytope, 128 in all; about 10 for small polytopes.
+/// It does not allocate.
 pub(crate) fn penetration(difference: &Difference, simplex: &Simplex, deeper_than: f64, not_above: f64) -> Penetration {
     match start::tetrahedron(difference, simplex) {
         Start::Flat { vertex, normal } => flat(difference, vertex, normal),
@@ -44,8 +44,8 @@ pub(crate) fn penetration(difference: &Difference, simplex: &Simplex, deeper_tha
     }
 }
 
-/// As [`penetration`], but ends as soon as both bounds agree to within the share `slack` of the
-/// upper one.
+/// Computes [`penetration`], but ends as soon as both bounds agree to within the share `slack` of
+/// the upper one.
 pub(crate) fn penetration_within(difference: &Difference, simplex: &Simplex, slack: f64) -> Penetration {
     match start::tetrahedron(difference, simplex) {
         Start::Flat { vertex, normal } => flat(difference, vertex, normal),
@@ -53,7 +53,7 @@ pub(crate) fn penetration_within(difference: &Difference, simplex: &Simplex, sla
     }
 }
 
-/// The answer where the difference has no thickness along `normal`.
+/// Returns the depth if the difference has no thickness along `normal`.
 fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
     let height = |normal: &Vec3| difference.support(normal).point.dot(normal);
     let (ahead, behind) = (height(&normal), height(&-normal));
@@ -111,7 +111,7 @@ fn expand_inlined(
     Penetration { lower, upper, normal, first }
 }
 
-/// The point of the first core that belongs to the origin's foot in a face.
+/// Returns the point of the first core that belongs to the projection of the origin onto a face.
 fn deepest(polytope: &Polytope, corners: [u8; 3]) -> Vec3 {
     let vertices = corners.map(|corner| polytope.vertex(corner));
     let feature = nearest_on_triangle(vertices.map(|vertex| &vertex.point), [0, 1, 2]);

@@ -1,5 +1,5 @@
-//! A small convex polytope of support points around the origin, that grows point by point. Fixed
-//! memory.
+//! A small convex polytope of support points around the origin, which grows point by point. It does
+//! not allocate.
 
 use arrayvec::ArrayVec;
 
@@ -8,7 +8,8 @@ use crate::collision::convex_distance::gjk::{nearest_on_triangle, normal_of_edge
 use crate::collision::convex_distance::minkowski::Vertex;
 use crate::math::Vec3;
 
-/// Enough for the polytopes of a robot; curved cores stop here with the bounds reached.
+/// Most vertices: enough for the polytopes of a robot; curved cores stop here with the bounds
+/// reached.
 const MAX_VERTICES: usize = 128;
 /// A closed triangulated surface has two faces a vertex, less four.
 const MAX_FACES: usize = 2 * MAX_VERTICES;
@@ -17,13 +18,13 @@ const MAX_FACES: usize = 2 * MAX_VERTICES;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
     pub corners: [u8; 3],
-    /// Unit, outward.
+    /// Outward unit normal; zero without area.
     pub normal: Vec3,
-    /// Of the origin behind the plane \[m\].
+    /// Distance of the origin behind the plane \[m\].
     pub distance: f64,
     /// Rounding error of the normal's direction \[rad\].
     tilt: f64,
-    /// Not to be expanded: rounding does not let it, or it has no area.
+    /// Whether the face is not to be expanded, because of rounding or because it has no area.
     settled: bool,
 }
 
@@ -36,8 +37,9 @@ pub(crate) struct Polytope {
 }
 
 impl Polytope {
-    /// No surface yet. `scale` and `rounding` \[m\] are those of the difference.
-    #[inline(always)] // In place: it is large to move.
+    /// Makes a polytope without a surface. `scale` and `rounding` \[m\] are those of the
+    /// difference.
+    #[inline(always)] // Inlined because it is large to move.
     pub fn empty(scale: f64, rounding: f64) -> Self {
         Self { vertices: ArrayVec::new(), faces: ArrayVec::new(), scale, rounding }
     }
@@ -61,7 +63,7 @@ impl Polytope {
         &self.faces[index]
     }
 
-    /// Index of the unsettled face nearest to the origin.
+    /// Returns the index of the unsettled face nearest to the origin.
     #[inline(always)]
     pub fn nearest_face(&self) -> Option<usize> {
         let (mut best, mut distance) = (None, f64::INFINITY);
@@ -73,21 +75,21 @@ impl Polytope {
         best
     }
 
-    /// Lower bound on the distance from the origin to the surface \[m\]. The surface is closed and
-    /// lies in a convex set, so that the ball of this radius lies in that set too, whatever
+    /// Returns a lower bound on the distance from the origin to the surface \[m\]. The surface is
+    /// closed and lies in a convex set, so that the ball of this radius lies in it too, whatever
     /// rounding did to the planes.
     #[inline(always)]
     pub fn lower(&self) -> f64 {
         let mut lower = f64::INFINITY;
         for face in &self.faces {
-            // The plane is a cheap bound; only for those below the best the triangle is measured,
-            // which no sliver spoils: a tilted normal changes the distance of the foot, or which
-            // side of an edge it is on, in second order only.
+            // The plane is a cheap bound; a triangle is measured only if its plane is below the
+            // best. Slivers do not spoil that: a tilted normal changes the distance of the
+            // projection, or its side of an edge, in second order only.
             if face.distance - face.tilt * self.scale - self.rounding < lower {
                 let [a, b, c] = face.corners.map(|corner| &self.vertex(corner).point);
                 let distance = nearest_on_triangle([a, b, c], [0, 1, 2]).square.sqrt();
                 let shrink = (face.tilt * face.tilt).min(1.0) * distance;
-                // Outside the face, if only by what a touching start allows.
+                // The origin is outside the face, if only by what a touching start allows.
                 let signed = if face.distance < 0.0 { -distance } else { distance };
                 lower = lower.min(signed - shrink - self.rounding);
             }
@@ -104,8 +106,8 @@ impl Polytope {
         self.vertices.is_full()
     }
 
-    /// Adds a vertex that lies beyond `seed` and replaces all the faces it sees; `false`, and
-    /// nothing changed, where it sees none or there is no room.
+    /// Adds a vertex that lies beyond `seed` and replaces all faces that it sees. Returns `false`
+    /// and changes nothing if the vertex is known, sees no face or does not fit.
     #[inline(always)]
     pub fn add(&mut self, seed: usize, vertex: Vertex) -> bool {
         if self.vertices.iter().any(|known| known.point == vertex.point) {
@@ -142,8 +144,9 @@ impl Polytope {
         true
     }
 
-    /// The part of the seen faces around `seed` that is bordered by one loop; moved to the front,
-    /// ascending, and counted. Where many faces lie in one plane, rounding sees them in pieces.
+    /// Moves those seen faces around `seed` that one loop borders to the front, ascending, and
+    /// returns the loop and their number. Faces in one plane may be seen in several patches because
+    /// of rounding.
     #[cold]
     fn grow(&self, seed: usize, seen: &mut [u16]) -> (Horizon, usize) {
         let mut horizon = Horizon::empty();
@@ -161,8 +164,8 @@ impl Polytope {
         (horizon, kept)
     }
 
-    /// Whether the vertex may seem to lie above the face only because the normal is tilted. A face
-    /// that is taken to be seen by error tears the surface; one that is missed leaves it a little
+    /// Returns whether the vertex may seem to lie above the face only because the normal is tilted.
+    /// A face that is seen by error tears the surface; one that is missed leaves it a little
     /// dented.
     fn is_doubtful(&self, face: &Face, vertex: &Vertex, height: f64) -> bool {
         let lever = vertex.point - self.vertex(face.corners[0]).point;
@@ -180,8 +183,8 @@ impl Polytope {
             let tilt = self.rounding * longest.sqrt() / area;
             Face { corners, normal, distance, tilt, settled: false }
         } else {
-            // No plane goes through it; nothing sees it, and its edges belong to its neighbours
-            // too.
+            // A triangle without area has no plane: nothing sees it, and its edges belong to its
+            // neighbours too.
             Face { corners, normal: Vec3::zeros(), distance: 0.0, tilt: 0.0, settled: true }
         };
         self.faces.push(face);

@@ -1,27 +1,23 @@
-//! A tetrahedron around a simplex that holds or touches the origin, to expand from.
+//! A tetrahedron around a simplex that holds or touches the origin, from which the expansion
+//! starts.
 
 use crate::collision::convex_distance::gjk::{Simplex, normal_of_edges};
 use crate::collision::convex_distance::minkowski::{Difference, Vertex};
 use crate::math::Vec3;
 
-/// Where the expansion starts.
+/// The solid or flat start of the expansion.
 pub(crate) enum Start {
     /// A tetrahedron with volume that holds the origin up to rounding.
     Solid([Vertex; 4]),
     /// The difference has no thickness along `normal` (unit); the origin is at `vertex` up to
     /// rounding.
-    Flat {
-        /// Near the origin.
-        vertex: Vertex,
-        /// Unit.
-        normal: Vec3,
-    },
+    Flat { vertex: Vertex, normal: Vec3 },
 }
 
 /// Completes `simplex` with support points in the directions it does not span.
 pub(crate) fn tetrahedron(difference: &Difference, simplex: &Simplex) -> Start {
-    // Thinner than this has no depth worth finding: the plane across it is within the thickness of
-    // the best.
+    // A thinner difference has no depth worth finding: the plane across it is within the thickness
+    // of the best.
     let thin = 1e-12 * difference.scale;
     let mut vertices = simplex.vertices;
     let near = nearest_to_origin(simplex);
@@ -60,8 +56,8 @@ pub(crate) fn tetrahedron(difference: &Difference, simplex: &Simplex) -> Start {
     Start::Solid(vertices)
 }
 
-/// The support point along plus or minus one of `axes` that lies farthest `away`, if farther than
-/// `least`.
+/// Returns the support point along plus or minus one of `axes` that lies farthest `away`, if
+/// farther than `least`.
 fn farthest(difference: &Difference, axes: &[Vec3], away: impl Fn(&Vertex) -> f64, least: f64) -> Option<Vertex> {
     let (mut best, mut best_away) = (None, least);
     for axis in axes {
@@ -76,7 +72,7 @@ fn farthest(difference: &Difference, axes: &[Vec3], away: impl Fn(&Vertex) -> f6
     best
 }
 
-/// The nearest point of a simplex that touches the origin.
+/// Returns the nearest point of a simplex that touches the origin.
 fn nearest_to_origin(simplex: &Simplex) -> Vertex {
     let Some(feature) = simplex.nearest(0.0) else { return simplex.vertices[0] };
     let mut near = Vertex::default();

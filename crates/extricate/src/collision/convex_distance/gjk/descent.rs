@@ -12,51 +12,52 @@ const MAX_ITERATIONS: usize = 64;
 /// rounding noise.
 const MAX_STALLS: usize = 6;
 
-/// Where a descent may end although nearer points are left: their distance is then known to within
-/// a share of itself.
+/// When a descent may end although nearer points are left: once their distance is known to within a
+/// share of itself.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EarlyEnd {
-    /// That share, of the distance beyond `from`.
+    /// Share of the distance beyond `from` that may be unknown.
     pub share: f64,
-    /// What of the distance does not count, as shapes around the cores fill it \[m\].
+    /// Part of the distance that does not count, because shapes around the cores fill it \[m\].
     pub from: f64,
-    /// Where a plane is seen to part the cores by more than this \[m\].
+    /// The descent ends early only if a plane parts the cores by more than this \[m\].
     pub above: f64,
 }
 
 impl EarlyEnd {
-    /// Nowhere.
+    /// The descent does not end early.
     pub const NONE: Self = Self { share: 0.0, from: 0.0, above: f64::INFINITY };
 }
 
 /// How the descent ended.
 #[derive(Debug)]
 pub(crate) enum Outcome {
-    /// A plane proves the cores farther apart than asked.
+    /// A plane proves the cores farther apart than `apart_above`.
     Apart,
-    /// Two points of the cores are nearer than asked.
+    /// Two points of the cores are nearer than `near_below`.
     Nearer(Settled),
-    /// No nearer points are left, as far as can be told.
+    /// No nearer points were found, or the descent ended early.
     Settled(Settled),
     /// The simplex holds the origin, or touches it within rounding.
     Overlapping(Simplex),
 }
 
-/// Where the descent ended with the cores apart.
+/// The state in which the descent ended with the cores apart.
 #[derive(Debug)]
 pub(crate) struct Settled {
     /// Reduced to the vertices of `feature`, in its order.
     pub simplex: Simplex,
     pub feature: Feature,
-    /// Distance that the plane across the feature's direction was seen to part the cores by \[m\].
+    /// Distance by which the plane across the feature's direction was found to part the cores
+    /// \[m\].
     pub plane: f64,
     /// Whether the search ended early, at a gap that the caller allows.
     pub is_coarse: bool,
 }
 
 impl Settled {
-    /// Whether the plane proves much less than the distance, because rounding spoils the direction
-    /// between near vertices.
+    /// Returns whether the plane proves much less than the distance, because rounding spoils the
+    /// direction between near vertices.
     pub fn is_doubtful(&self, difference: &Difference) -> bool {
         !self.is_coarse && self.feature.square.sqrt() - self.plane > difference.touching
     }
@@ -78,8 +79,8 @@ pub(crate) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
     descend_from(difference, &mut Simplex::new(start), guess, apart_above, near_below, EarlyEnd::NONE)
 }
 
-/// The same from any simplex of points of the difference (one to three), which becomes the last one
-/// reached; `guess` becomes the last direction. `apart_above` includes the rounding.
+/// Descends from a simplex of one to three points of the difference, which becomes the last one
+/// reached. `guess` becomes the last direction. `apart_above` includes the rounding.
 pub(crate) fn descend_from(
     difference: &Difference,
     simplex: &mut Simplex,
@@ -132,8 +133,8 @@ fn descend_inlined(
         let Some(next_feature) = simplex.nearest(4.0 * difference.rounding) else {
             return Outcome::Overlapping(*simplex);
         };
-        // The new vertex lowers the distance, if rounding does not hide by how much; a turned
-        // direction may still lead on.
+        // The new vertex lowers the distance unless rounding hides it; a new direction may still
+        // make progress.
         if next_feature.square >= feature.square {
             stalls += 1;
             let is_worse = next_feature.square.sqrt() > distance + difference.rounding;

@@ -1,5 +1,4 @@
 //! The search for the point of a difference nearest to the origin (Gilbert, Johnson and Keerthi).
-//! Not what it tells of shapes.
 //!
 //! Source: E. G. Gilbert, D. W. Johnson, S. S. Keerthi, *A fast procedure for computing the
 //! distance between complex objects in three-dimensional space*, IEEE J. Robotics and Automation

@@ -10,19 +10,19 @@
 use crate::collision::convex_distance::minkowski::Vertex;
 use crate::math::Vec3;
 
-/// A triangle whose squared double area is below this times its longest edge to the fourth needs
-/// care.
-const SLIVER: f64 = 1e-8;
+/// A triangle is a sliver, which rounding spoils, if its squared double area is below this times
+/// its longest edge to the fourth.
+const SLIVER_RATIO: f64 = 1e-8;
 
 /// The face of a simplex that holds its point nearest to the origin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Feature {
-    /// Vertices of the face; the first `count` hold.
+    /// Indices of the vertices of the face; the first `count` hold.
     pub indices: [usize; 3],
     pub count: usize,
     /// Barycentric coordinates of the nearest point; they sum to 1.
     pub weights: [f64; 3],
-    /// From the origin to the nearest point; not unit, and for a triangle its normal.
+    /// Direction from the origin to the nearest point, not unit; for a triangle its normal.
     pub direction: Vec3,
     /// Squared distance [m2].
     pub square: f64,
@@ -52,12 +52,11 @@ impl Simplex {
         self.count += 1;
     }
 
-    /// Drops the newest vertex.
     pub fn pop(&mut self) {
         self.count -= 1;
     }
 
-    /// Keeps the vertices of `feature`, in its order.
+    /// Keeps only the vertices of `feature`, in its order.
     #[inline(always)]
     pub fn keep(&mut self, feature: &Feature) {
         let kept = feature.indices.map(|index| self.vertices[index]);
@@ -65,8 +64,8 @@ impl Simplex {
         self.count = feature.count;
     }
 
-    /// The nearest feature; `None` where a tetrahedron holds the origin. `flat` is the height \[m\]
-    /// below which a tetrahedron counts as flat.
+    /// Returns the nearest feature; `None` if a tetrahedron holds the origin. `flat` is the height
+    /// \[m\] below which a tetrahedron counts as flat.
     #[inline(always)]
     pub fn nearest(&self, flat: f64) -> Option<Feature> {
         let p = |index: usize| &self.vertices[index].point;
@@ -78,8 +77,9 @@ impl Simplex {
         }
     }
 
-    /// The origin was seen from the face opposite the newest vertex, toward that vertex: only the
-    /// other three faces can part it from the inside.
+    /// The origin lies on the newest vertex's side of the opposite face, from which that vertex was
+    /// sought. Only the other three faces can part it from the inside, unless the tetrahedron is
+    /// flat.
     #[inline(always)]
     fn nearest_on_tetrahedron(&self, flat: f64) -> Option<Feature> {
         let p = |index: usize| &self.vertices[index].point;
@@ -117,7 +117,7 @@ impl Feature {
         Self { indices: [index; 3], count: 1, weights: [1.0, 0.0, 0.0], direction: *point, square }
     }
 
-    /// Whether the nearest point depends on vertex `index`.
+    /// Returns whether the nearest point depends on vertex `index`.
     #[inline(always)]
     pub fn uses(&self, index: usize) -> bool {
         self.indices[..self.count].contains(&index)
@@ -136,27 +136,27 @@ fn nearest_on_segment([a, b]: [&Vec3; 2], [i, j]: [usize; 2]) -> Feature {
     }
     let share = along / length_squared;
     let point = if share < 0.5 { a + edge * share } else { b - edge * (b.dot(&edge) / length_squared) };
-    // Once more at a right angle: along the edge, rounding would be multiplied by the edge's
-    // length.
+    // The direction is made perpendicular once more: the length of the edge would multiply an error
+    // along it.
     let direction = point - edge * (point.dot(&edge) / length_squared);
     let square = direction.norm_squared();
     Feature { indices: [i, j, j], count: 2, weights: [1.0 - share, share, 0.0], direction, square }
 }
 
-/// Nearest point of a triangle, which may be a sliver or have no area.
+/// Returns the nearest point of a triangle, which may be a sliver or have no area.
 #[inline(always)]
 pub(crate) fn nearest_on_triangle([a, b, c]: [&Vec3; 3], [i, j, k]: [usize; 3]) -> Feature {
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let (normal, longest) = normal_of_edges(&ab, &bc, &ca);
     let area = normal.norm_squared();
     let weights = [bc.cross(&normal).dot(b), ca.cross(&normal).dot(c), ab.cross(&normal).dot(a)];
-    // A normal with a relative error above 1e-3 is no direction: the edges are as near as the
-    // inside then.
+    // A normal with a relative error above 1e-3 is no direction; the edges are then as near as the
+    // inside.
     let has_area = area > 1e-26 * longest * longest;
     if has_area && weights.iter().all(|&weight| weight >= 0.0) {
         let sum = weights[0] + weights[1] + weights[2];
         let mut weights = weights.map(|weight| weight / sum);
-        if area < SLIVER * longest * longest {
+        if area < SLIVER_RATIO * longest * longest {
             sharpen_sliver([a, b, c], &normal, &mut weights);
         }
         let height = normal.dot(a) * weights[0] + normal.dot(b) * weights[1] + normal.dot(c) * weights[2];
@@ -177,9 +177,9 @@ pub(crate) fn nearest_on_triangle([a, b, c]: [&Vec3; 3], [i, j, k]: [usize; 3]) 
     best.unwrap_or_else(|| Feature::vertex(i, a))
 }
 
-/// Corrects the barycentric coordinates of the origin's foot in a sliver: first along its longest
-/// edge, where their rounding error moves the foot far; then the nearest point on the edges is
-/// taken if it is nearer still.
+/// Corrects the barycentric coordinates of the origin's projection onto a sliver. It first moves
+/// the projection along the longest edge, where rounding errors have most effect. It then takes the
+/// nearest point on the edges if that is nearer still.
 #[cold]
 fn sharpen_sliver(corners: [&Vec3; 3], normal: &Vec3, weights: &mut [f64; 3]) {
     let [a, b, c] = corners;
@@ -205,22 +205,22 @@ fn sharpen_sliver(corners: [&Vec3; 3], normal: &Vec3, weights: &mut [f64; 3]) {
     }
 }
 
-/// Normal of the triangle with edges `ab`, `bc`, `ca` (of length twice its area) and its longest
-/// squared edge.
+/// Returns the normal of the triangle with edges `ab`, `bc`, `ca` (of length twice its area) and
+/// its longest squared edge.
 #[inline(always)]
 pub(crate) fn normal_of_edges(ab: &Vec3, bc: &Vec3, ca: &Vec3) -> (Vec3, f64) {
     let (ab2, bc2, ca2) = (ab.norm_squared(), bc.norm_squared(), ca.norm_squared());
     let longest = ab2.max(bc2).max(ca2);
     let normal = ca.cross(ab);
-    if normal.norm_squared() > SLIVER * longest * longest {
+    if normal.norm_squared() > SLIVER_RATIO * longest * longest {
         return (normal, longest);
     }
     (normal_of_sliver([ab, bc, ca], [ab2, bc2, ca2]), longest)
 }
 
-/// From the two shorter edges, which keeps the error relative to the normal, and at a right angle
-/// to the longest: what error is left turns the normal about that edge, where only the sliver's
-/// width multiplies it.
+/// Computes the normal from the two shorter edges, which keeps the error relative to it, and makes
+/// it perpendicular to the longest edge. The remaining error turns it about that edge, where only
+/// the sliver's width multiplies it.
 #[cold]
 fn normal_of_sliver(edges: [&Vec3; 3], squares: [f64; 3]) -> Vec3 {
     let longest = longest_edge(&squares);

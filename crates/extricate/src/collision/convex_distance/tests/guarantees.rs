@@ -1,4 +1,4 @@
-//! What the functions promise, for every kind of shape, size and degree of contact.
+//! The guarantees of the functions, for every kind of shape, size and degree of contact.
 
 use crate::collision::convex_distance::tests::*;
 
@@ -12,7 +12,8 @@ fn random_shape(rng: &mut ChaCha8Rng) -> ConvexShape {
     rounded(core, radius)
 }
 
-/// Distance by which the plane at a right angle to `normal` parts the shapes (negative: fails to).
+/// Returns the distance by which the plane at a right angle to `normal` parts the shapes (negative:
+/// it does not).
 fn parted_along(shapes: &[ConvexShape; 2], poses: &[Pose; 2], normal: &Vec3) -> f64 {
     let lowest = |k: usize, along: &Vec3| {
         let support = shapes[k].core.support(&poses[k].inverse_vector(&-along));

@@ -48,7 +48,7 @@ fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
     normal - edges[2] * (normal.dot(&edges[2]) / edges[2].norm_squared())
 }
 
-/// Distance to the plane where the foot lies in the triangle, else infinite.
+/// Returns the distance to the plane if the projection lies in the triangle, else infinity.
 fn point_face(p: &Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
     let mut normal = normal_of([a, b, c]);
     normal *= (b - a).cross(&(c - a)).dot(&normal).signum();
@@ -59,13 +59,13 @@ fn point_face(p: &Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
     if inside { ((p - a).dot(&normal) / normal.norm()).abs() } else { f64::INFINITY }
 }
 
-/// Distance of the lines where both feet lie in the segments, else infinite.
+/// Returns the distance of the lines if their nearest points lie in the segments, else infinity.
 fn segment_segment([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> f64 {
     let (u, v, between) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
     let area = uu * vv - uv * uv;
     if area < 1e-12 * uu * vv {
-        return f64::INFINITY; // Parallel: the ends tell.
+        return f64::INFINITY; // Parallel: the ends decide.
     }
     let (ru, rv) = (u.dot(&between), v.dot(&between));
     let (s, t) = ((uv * rv - vv * ru) / area, (uu * rv - uv * ru) / area);
@@ -83,7 +83,7 @@ pub(crate) fn signed_distance(first: &ConvexCore, pose_first: &Pose, second: &Co
     for [p, q] in &edges_a {
         normals.extend(edges_b.iter().map(|[r, s]| (q - p).cross(&(s - r))));
     }
-    // Differences that are flat or thinner: also across what there is.
+    // Flat or thinner differences also need normals across their edges and faces.
     if a.len() <= 3 && b.len() <= 3 {
         for [p, q] in edges_a.iter().chain(&edges_b) {
             normals.extend([Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| (q - p).cross(&axis)));
@@ -114,7 +114,8 @@ pub(crate) fn signed_distance(first: &ConvexCore, pose_first: &Pose, second: &Co
     for edge_a in &edges_a {
         edges_b.iter().for_each(|edge_b| distance = distance.min(segment_segment(*edge_a, *edge_b)));
     }
-    // One of the normals parts what is apart (separating axes), and then the features tell how far.
+    // One of the normals parts shapes that are apart (separating axes); the features then give the
+    // distance.
     if depth <= 1e-14 { distance } else { -depth }
 }
 

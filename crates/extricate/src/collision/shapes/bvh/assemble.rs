@@ -1,5 +1,5 @@
-//! The tree that follows from its layout and from where the triangles are. To find a layout is most
-//! of the work of building a tree, so that model files keep it.
+//! Builds a tree from its layout and its triangles. Finding a layout is most of the work of
+//! building a tree, so model files store it.
 
 use std::mem::replace;
 use std::ops::Range;
@@ -10,12 +10,12 @@ use super::tree::{Bvh, Group, Node, Ref, TreeLayout};
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::math::{LANES, Vec3};
 
-/// A node or block with what its parent has to know of it.
+/// A node or block with the data that its parent needs.
 struct Below {
     at: Ref,
     lower: Vec3,
     upper: Vec3,
-    /// What all of its triangles belong to; `None` where they are of several groups.
+    /// Group of all its triangles; `None` if they belong to several groups.
     group: Option<u32>,
     triangles: usize,
     blocks: Range<usize>,
@@ -26,7 +26,7 @@ impl Below {
         Aabb::between(&self.lower, &self.upper)
     }
 
-    /// The node `at` over `children`, of which there are two at least.
+    /// Makes the node `at` over at least two children.
     fn over(at: Ref, children: &[Self]) -> Self {
         let (lower, upper) = children.iter().fold(EMPTY, |(l, u), child| (l.inf(&child.lower), u.sup(&child.upper)));
         let [first, .., last] = children else { unreachable!("a node has two children at least") };
@@ -42,9 +42,8 @@ impl Below {
 }
 
 impl Bvh {
-    /// The tree of `groups` of triangles as `layout` has it; `None` where that is not the layout of
-    /// such a tree: every triangle in one block, the triangles of a block in one group, and every
-    /// group in a subtree of its own.
+    /// Builds the tree of `groups` of triangles from `layout`. Returns `None` unless every triangle
+    /// is in one block, every block within one group, and every group a subtree.
     pub fn with_layout(groups: &[Vec<[Vec3; 3]>], layout: TreeLayout) -> Option<Self> {
         let blocks = blocks(groups, &layout)?;
         let is_node = |element: &&u8| usize::from(**element) > LANES;
@@ -52,8 +51,8 @@ impl Bvh {
         let mut next_block = blocks.len();
         let mut nodes = Vec::with_capacity(next_node);
         let mut of_groups = vec![None; groups.len()];
-        // From the last element on, so that what is below a node is known before the node: what has
-        // no parent yet, of which the first child of the next node is on top.
+        // Elements run backward, so that children are known before their node. The stack holds
+        // those without a parent, with the first child of the next node on top.
         let mut orphans: Vec<Below> = Vec::new();
         let mut children: Vec<Below> = Vec::new();
         for element in layout.elements.iter().rev().map(|element| usize::from(*element)) {
@@ -81,8 +80,8 @@ impl Bvh {
     }
 }
 
-/// The blocks of `layout`; `None` where they do not hold every triangle of `groups` once, or one
-/// holds triangles of several groups.
+/// Builds the blocks of `layout`; `None` unless they contain every triangle of `groups` once, and
+/// each block those of one group.
 fn blocks(groups: &[Vec<[Vec3; 3]>], layout: &TreeLayout) -> Option<Vec<Block>> {
     let starts: Vec<usize> = groups.iter().scan(0, |next, group| Some(replace(next, *next + group.len()))).collect();
     let mut is_placed = vec![false; groups.iter().map(Vec::len).sum()];
@@ -133,13 +132,13 @@ mod tests {
     use super::super::build::{build, sorted};
     use super::*;
 
-    /// Triangles in a row, the `k`-th of which begins at `k`.
+    /// Triangles in a row; triangle `k` begins at `k`.
     fn row(from: usize, count: usize) -> Vec<[Vec3; 3]> {
         let at = |k: usize| Vec3::new(k as f64, 0.0, 0.0);
         (from..from + count).map(|k| [at(k), at(k) + Vec3::x(), at(k) + Vec3::y()]).collect()
     }
 
-    /// Three groups, of which one is a single block.
+    /// Three groups, one of which is a single block.
     fn groups() -> Vec<Vec<[Vec3; 3]>> {
         vec![row(0, 90), row(200, 5), row(300, 17)]
     }
@@ -181,13 +180,13 @@ mod tests {
             assert!(refused(&|layout| layout.elements.insert(k, 10)), "a node more at {k}");
         }
         assert!(refused(&|layout| layout.elements.push(10)));
-        // A group in two halves that are not below one node.
+        // A group in two halves without a common node.
         let halves = [row(0, 8), row(8, 8)].concat();
         let split = TreeLayout { elements: vec![11, 8, 8, 8], order: (0..24).collect() };
         assert!(Bvh::with_layout(&[halves, row(16, 8)], split).is_none());
     }
 
-    /// As deep as a file can make it; nothing here or in a search calls itself a level down.
+    /// As deep as a file can make a tree. Neither building nor searching recurses.
     #[test]
     fn a_chain_of_a_million_nodes_is_a_tree() {
         let count = 1_000_000;

@@ -1,5 +1,4 @@
-//! Up to eight triangles side by side, and the test of all of them at once against one triangle. In
-//! `f64`; no tree.
+//! Up to eight triangles side by side, tested all at once against one triangle. In `f64`; no tree.
 
 use pulp::Simd;
 
@@ -9,30 +8,28 @@ use crate::collision::shapes::bounds::{Aabb, ROUNDING};
 use crate::math::simd::{F64s, negative_f64};
 use crate::math::{LANES, Pose, Vec3};
 
-/// Triangles, corner by corner and coordinate by coordinate; the box of each.
+/// Triangles and their boxes; corners are stored by coordinate.
 #[derive(Debug, Clone)]
 pub struct Block {
-    /// Around each triangle; nothing in lanes without one.
+    /// Box around each triangle; lanes without one have no box.
     pub boxes: Boxes,
-    /// Around all of them.
     pub bounds: Cuboid,
-    /// The group that all of them belong to.
+    /// Group of all triangles.
     pub group: u32,
     len: u32,
     corners: [[[f64; LANES]; 3]; 3],
     normals: [[f64; LANES]; 3],
 }
 
-/// A triangle that blocks are tested against, in their frame.
+/// A triangle in the frame of the blocks that are tested against it.
 #[derive(Debug, Clone, Copy)]
 pub struct Probe {
-    /// The triangle.
     pub triangle: Triangle,
     lower: [f32; 3],
     upper: [f32; 3],
 }
 
-/// Three coordinates of what one register holds.
+/// Vectors in lanes, one register for each coordinate.
 type Vectors<S> = [F64s<S>; 3];
 
 #[inline(always)]
@@ -66,7 +63,7 @@ fn corners<S: Simd>(simd: S, triangle: &Triangle) -> [Vectors<S>; 3] {
     [splat(simd, a), splat(simd, b), splat(simd, c)]
 }
 
-/// How far three heights are all above or all below 0.
+/// Distance of three heights from 0 if all are above or all below it; else 0 or less.
 #[inline(always)]
 fn height<S: Simd>(simd: S, heights: &Vectors<S>) -> F64s<S> {
     let [a, b, c] = *heights;
@@ -74,7 +71,7 @@ fn height<S: Simd>(simd: S, heights: &Vectors<S>) -> F64s<S> {
 }
 
 impl Block {
-    /// Of one to eight triangles of `group`.
+    /// Makes a block from one to eight triangles of `group`.
     pub fn new(triangles: &[[Vec3; 3]], group: u32) -> Self {
         let bounds: Vec<Aabb> = triangles.iter().map(|points| Aabb::around(points.iter())).collect();
         let mut corners = [[[0.0; LANES]; 3]; 3];
@@ -98,18 +95,16 @@ impl Block {
         }
     }
 
-    /// Number of triangles.
     pub fn len(&self) -> usize {
         self.len as usize
     }
 
-    /// The lanes that hold a triangle, one bit each.
+    /// Lanes that contain a triangle, one bit each.
     #[inline(always)]
     pub fn filled(&self) -> u32 {
         (1 << self.len) - 1
     }
 
-    /// One of the triangles.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
         let corner = |k: usize| {
@@ -120,15 +115,15 @@ impl Block {
         Triangle { points: [corner(0), corner(1), corner(2)], normal: Vec3::new(x[lane], y[lane], z[lane]) }
     }
 
-    /// Which triangles (of those in `mask`) are not proved farther from the probe than `limit`
-    /// \[m\], one bit a lane; and a lower bound \[m\] on how far each is, 0 or less where planes do
-    /// not part the two.
+    /// Returns the triangles in `mask` that are not proved farther from the probe than `limit`
+    /// \[m\], one bit a lane. Also returns lower bounds \[m\] on their distances, 0 or less if no
+    /// plane separates the two.
     ///
     /// # Source
     /// S. Gottschalk, M. C. Lin and D. Manocha, "OBBTree", SIGGRAPH 1996,
     /// doi:10.1145/237170.237244: separating axes of two convex sets are normals of faces and cross
-    /// products of edges. Complete for triangles that cross; of those that do not, some pass
-    /// although they are a little farther than the limit.
+    /// products of edges. The test finds all crossing triangles; it also passes some that are
+    /// slightly farther than the limit.
     #[inline(always)]
     pub fn near<S: Simd>(&self, simd: S, probe: &Triangle, limit: f64, mask: u32) -> (u32, [f64; LANES]) {
         let limit = limit + ROUNDING;
@@ -148,7 +143,7 @@ impl Block {
         (mask & negative_f64(&apart), gaps)
     }
 
-    /// Gap \[m\] along the normals of the two triangles; 0 or less where neither parts them.
+    /// Gap \[m\] along the normals of the two triangles; 0 or less if neither separates them.
     #[inline(always)]
     fn plane_gap<S: Simd>(&self, simd: S, probe: &Triangle, at: usize) -> F64s<S> {
         let q = corners(simd, probe);
@@ -169,8 +164,8 @@ impl Block {
         [load(simd, a, at), load(simd, b, at), load(simd, c, at)]
     }
 
-    /// Not negative where the cross product of two edges parts the triangles by the root of
-    /// `limit_squared` or more.
+    /// Nonnegative if the cross product of two edges separates the triangles by at least the root
+    /// of `limit_squared`.
     #[inline(always)]
     fn edge_gap<S: Simd>(&self, simd: S, probe: &Triangle, limit_squared: f64, at: usize) -> F64s<S> {
         let (p, q) = (self.corners_at(simd, at), corners(simd, probe));
@@ -182,15 +177,14 @@ impl Block {
             for j in 0..3 {
                 let v = difference(&q[(j + 1) % 3], &q[j]);
                 let axis = cross(&u, &v);
-                // On this axis each triangle is the segment from an edge to the corner across from
-                // it.
+                // On this axis, each triangle spans from an edge to the opposite corner.
                 let own = dot(&axis, &w);
                 let edge = dot(&axis, &difference(&q[j], &p[i]));
                 let corner = dot(&axis, &difference(&q[(j + 2) % 3], &p[i]));
                 let above = edge.min(corner) - own.max(zero);
                 let below = own.min(zero) - edge.max(corner);
                 let gap = above.max(below).max(zero);
-                // An axis of length 0 parts nothing.
+                // An axis of length 0 separates nothing.
                 widest = widest.max(gap * gap - limit_squared * dot(&axis, &axis));
             }
         }
@@ -199,8 +193,8 @@ impl Block {
 }
 
 impl Probe {
-    /// `triangle` moved by `pose` into the frame of the blocks, for tests whether something is
-    /// nearer than `limit` \[m\]; `rounding` \[m\] as boxes need it.
+    /// Moves `triangle` by `pose` into the frame of the blocks, to find boxes nearer than `limit`
+    /// \[m\]. `rounding` \[m\] is that of the boxes.
     #[inline(always)]
     pub fn new(triangle: &Triangle, pose: &Pose, limit: f32, rounding: f32) -> Self {
         let triangle = triangle.moved(pose);
@@ -214,7 +208,7 @@ impl Probe {
         }
     }
 
-    /// Which boxes may hold something near, one bit a lane.
+    /// Boxes that may contain something near, one bit a lane.
     #[inline(always)]
     pub fn near<S: Simd>(&self, simd: S, boxes: &Boxes) -> u32 {
         boxes.overlaps(simd, &self.lower, &self.upper)

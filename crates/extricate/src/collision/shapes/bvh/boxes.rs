@@ -1,5 +1,5 @@
-//! Eight boxes side by side, and tests of all of them at once against a box, a point or a ray. In
-//! `f32`, rounded so that only "may be near" can be wrong; no triangles.
+//! Eight boxes side by side, tested all at once against a box, a point or a ray. In `f32`, rounded
+//! so that only "may be near" can be wrong; no triangles.
 
 use pulp::Simd;
 
@@ -7,19 +7,18 @@ use crate::collision::shapes::bounds::Aabb;
 use crate::math::simd::{F32s, negative};
 use crate::math::{LANES, Pose, Vec3};
 
-/// One value a box.
+/// One value for each of eight boxes.
 pub type Lanes = [f32; LANES];
 
 /// A box around a node or a block \[m\].
 #[derive(Debug, Clone, Copy)]
 pub struct Cuboid {
-    /// Its centre.
     pub center: [f32; 3],
     /// Half of each side, rounded up.
     pub half: [f32; 3],
 }
 
-/// Eight boxes, axis by axis.
+/// Eight boxes, stored by axis.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct Boxes {
@@ -27,52 +26,52 @@ pub struct Boxes {
     half: [Lanes; 3],
 }
 
-/// Half side \[m\] of a box that is none: nothing is near it, and its square is infinite.
-const NO_BOX: f32 = -1e30;
+/// Half side \[m\] of an empty lane: nothing is near it, and its square is infinite.
+const NO_BOX_HALF_SIDE_M: f32 = -1e30;
 
-/// What rounding to `f32` may take from a gap, as a share of the largest coordinate involved: some
-/// 20 roundings of 2^-24 each.
-const ROUNDING: f64 = 4e-6;
+/// Rounding error of a gap in `f32`, as a share of the largest coordinate involved: some 20
+/// roundings of 2^-24 each.
+const ROUNDING_SHARE: f64 = 4e-6;
 
-/// A limit is wide if it is more than this share of the half sides of the box seen.
-const WIDE: f32 = 0.1;
-/// Limits \[m\] beyond this one count as it: its square is finite.
-const MOST_LIMIT: f32 = 1e15;
+/// A limit is wide if it exceeds this share of the half sides of the box tested.
+const WIDE_LIMIT_SHARE: f32 = 0.1;
+/// Upper bound on limits \[m\]; its square is still finite.
+const MAX_LIMIT_M: f32 = 1e15;
 
-/// How the frame of one tree lies in that of another, for tests of boxes.
+/// Pose of the frame of one tree in that of another, prepared for box tests.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// `columns[j][i]`: component `i` of the other frame's axis `j`; the fourth is padding.
+    /// Component `i` of axis `j` of the other frame is `columns[j][i]`; the fourth is padding.
     columns: [[f32; 4]; 3],
-    /// Absolute values, rounded up: axes that are nearly parallel then part nothing.
+    /// Absolute values, rounded up so that nearly parallel axes separate nothing.
     absolute: [[f32; 4]; 3],
     translation: [f32; 4],
-    /// The same, a register each.
+    /// Copies of `columns` and `absolute` that fill a register each.
     wide_columns: [[Lanes; 3]; 3],
     wide_absolute: [[Lanes; 3]; 3],
-    /// What rounding may take \[m\].
+    /// Rounding error of a gap \[m\].
     rounding: f32,
 }
 
-/// A box of the other tree in this frame, with what the tests of all boxes share; reaches include
-/// the limit.
+/// A box of the other tree in this frame, with data for testing all boxes. Reaches include the
+/// limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
-    /// The limit alone, without what rounding may take.
+    /// Limit without the rounding error.
     limit: f32,
-    /// Whether the limit is so large beside the box that gaps along single axes tell little.
+    /// Whether the limit is so large compared with the box that gaps along single axes decide
+    /// little.
     is_wide: bool,
     center: [f32; 4],
-    /// Along this frame's axes.
+    /// Reach along the axes of this frame.
     face: [f32; 4],
-    /// Along its own axes.
+    /// Reach along its own axes.
     own: [f32; 3],
-    /// `edge[j][i]`: along the cross product of axis `i` and its own axis `j`.
+    /// Reach along the cross product of axis `i` and its own axis `j`, at `edge[j][i]`.
     edge: [[f32; 4]; 3],
 }
 
 impl Cuboid {
-    /// Around `bounds`.
     pub fn around(bounds: &Aabb) -> Self {
         let center = [bounds.center.x as f32, bounds.center.y as f32, bounds.center.z as f32];
         let half = std::array::from_fn(|i| {
@@ -82,7 +81,7 @@ impl Cuboid {
         Self { center, half }
     }
 
-    /// Sum of the half sides: of two boxes the larger one is opened first.
+    /// Sum of the half sides, which decides which of two boxes is opened first.
     pub fn size(&self) -> f32 {
         self.half[0] + self.half[1] + self.half[2]
     }
@@ -92,15 +91,15 @@ impl Cuboid {
         (0..3).all(|i| (point[i] - f64::from(self.center[i])).abs() <= f64::from(self.half[i]))
     }
 
-    /// Square of the distance from the frame's origin to the farthest corner.
+    /// Squared distance from the origin of the frame to the farthest corner.
     fn farthest_squared(&self) -> f64 {
         (0..3).map(|i| f64::from(self.center[i].abs() + self.half[i]).powi(2)).sum()
     }
 }
 
 impl View {
-    /// Of the other frame, which `pose` maps to this one; `own` and `other` hold all boxes of the
-    /// two.
+    /// Prepares the other frame, which `pose` maps to this one. `own` and `other` contain all boxes
+    /// of the two.
     pub fn new(pose: &Pose, own: &Cuboid, other: &Cuboid) -> Self {
         let farthest = pose.translation.norm() + own.farthest_squared().sqrt() + other.farthest_squared().sqrt();
         let column = |j: usize| std::array::from_fn(|i| if i < 3 { pose.rotation[(i, j)] as f32 } else { 0.0 });
@@ -114,24 +113,24 @@ impl View {
             columns,
             absolute,
             translation: [x as f32, y as f32, z as f32, 0.0],
-            rounding: (farthest * ROUNDING) as f32,
+            rounding: (farthest * ROUNDING_SHARE) as f32,
         }
     }
 
-    /// What rounding may take from gaps between boxes of the two frames \[m\].
+    /// Rounding error of gaps between boxes of the two frames \[m\].
     #[inline(always)]
     pub fn rounding(&self) -> f32 {
         self.rounding
     }
 
-    /// A box of the other frame, for tests whether it is nearer than `limit` \[m\].
+    /// Prepares a box of the other frame for tests whether boxes are nearer than `limit` \[m\].
     #[inline(always)]
     pub fn see(&self, other: &Cuboid, limit: f32) -> Seen {
         let (r, m, c, h) = (&self.columns, &self.absolute, &other.center, &other.half);
-        let (alone, limit) = (limit.min(MOST_LIMIT), limit + self.rounding);
+        let (alone, limit) = (limit.min(MAX_LIMIT_M), limit + self.rounding);
         let mut seen = Seen {
             limit: alone,
-            is_wide: alone > WIDE * other.size(),
+            is_wide: alone > WIDE_LIMIT_SHARE * other.size(),
             center: self.translation,
             own: [h[0] + limit, h[1] + limit, h[2] + limit],
             face: [limit; 4],
@@ -149,7 +148,7 @@ impl View {
     }
 }
 
-/// One bit a lane: where `values` are below `limit`; lanes without a box never are.
+/// Lanes with `values` below `limit`, one bit each. Lanes without a box are never below.
 #[inline(always)]
 pub fn below(values: &Lanes, limit: f32) -> u32 {
     let limit = limit.min(f32::MAX);
@@ -160,8 +159,8 @@ pub fn below(values: &Lanes, limit: f32) -> u32 {
     negative(&rest)
 }
 
-// Loops and functions, not closures and `map`: those are not inlined reliably, and then compiled
-// for the least processor.
+// Loops and functions replace closures and `map`, which are not inlined reliably and are then
+// compiled for the least processor.
 
 #[inline(always)]
 fn load<S: Simd>(simd: S, lanes: &[Lanes; 3], at: usize) -> [F32s<S>; 3] {
@@ -179,16 +178,17 @@ fn squared<S: Simd>(simd: S, gaps: &[F32s<S>; 3]) -> F32s<S> {
     sum
 }
 
-/// One register of boxes: where their centres lie from the one seen, and their half sides.
+/// One register of boxes: offsets from their centres to that of the tested box, and their half
+/// sides.
 struct Part<S: Simd> {
     offset: [F32s<S>; 3],
     half: [F32s<S>; 3],
 }
 
 impl Boxes {
-    /// Boxes around `bounds` (eight at most), and nothing in the other lanes.
+    /// Makes boxes around at most eight `bounds`; the other lanes stay empty.
     pub fn new(bounds: &[Aabb]) -> Self {
-        let mut all = Self { center: [[0.0; LANES]; 3], half: [[NO_BOX; LANES]; 3] };
+        let mut all = Self { center: [[0.0; LANES]; 3], half: [[NO_BOX_HALF_SIDE_M; LANES]; 3] };
         for (lane, bounds) in bounds.iter().enumerate() {
             let cuboid = Cuboid::around(bounds);
             for i in 0..3 {
@@ -199,7 +199,6 @@ impl Boxes {
         all
     }
 
-    /// One of the boxes.
     pub fn get(&self, lane: usize) -> Cuboid {
         Cuboid {
             center: [self.center[0][lane], self.center[1][lane], self.center[2][lane]],
@@ -218,8 +217,8 @@ impl Boxes {
         Part { offset, half: load(simd, &self.half, at) }
     }
 
-    /// Which boxes may be nearer than the limit to the one seen, one bit a lane; and the widest gap
-    /// \[m\] along a face axis.
+    /// Returns the boxes that may be nearer than the limit to the tested one, one bit a lane. Also
+    /// returns the widest gap \[m\] along a face axis, less the limit.
     ///
     /// # Source
     /// S. Gottschalk, M. C. Lin and D. Manocha, "OBBTree", SIGGRAPH 1996,
@@ -246,12 +245,12 @@ impl Boxes {
         (mask & negative(&edges), gaps)
     }
 
-    /// Which boxes may be nearer than the limit, by the distances that gaps along three axes at
-    /// right angles add up to.
+    /// Boxes that may be nearer than the limit, judged by distances: the gaps along three
+    /// orthogonal axes, combined as a vector.
     #[inline(always)]
     fn within<S: Simd>(&self, simd: S, view: &View, seen: &Seen) -> u32 {
         let limit = F32s::splat(simd, seen.limit);
-        // Sums round relative to themselves.
+        // The sums have relative rounding errors.
         let less = F32s::splat(simd, 1.0 - 2e-6);
         let mut rest = [0.0; LANES];
         for at in 0..F32s::<S>::COUNT {
@@ -265,26 +264,26 @@ impl Boxes {
         negative(&rest)
     }
 
-    /// Lower bounds \[m\] on the distances between what the boxes hold and what the one seen (with
-    /// limit 0) holds; negative where two overlap along all face axes.
+    /// Lower bounds \[m\] on the distances from the contents of the boxes to those of the tested
+    /// one (with limit 0). Negative if two boxes overlap along all face axes.
     #[inline(always)]
     pub fn lower_bounds<S: Simd>(&self, simd: S, view: &View, seen: &Seen) -> Lanes {
         let zero = F32s::splat(simd, 0.0);
-        // Sums and root round relative to themselves.
+        // The sums and the root have relative rounding errors.
         let less = F32s::splat(simd, 1.0 - 1e-6);
         let mut bounds = [0.0; LANES];
         for at in 0..F32s::<S>::COUNT {
             let [own, other] = self.part(simd, seen, at).face_gaps(simd, view, seen);
             let distance = squared(simd, &own).max(squared(simd, &other)).sqrt() * less;
             let widest = own[0].max(own[1]).max(own[2]).max(other[0].max(other[1]).max(other[2]));
-            // The distance is 0 where no gap is positive; and where one is, it is hardly less.
+            // The distance is 0 if no gap is positive. If one is, the widest adds nothing.
             (distance + widest.min(zero)).store(&mut bounds, at);
         }
         bounds
     }
 
-    /// Which boxes overlap the axis-aligned one from `lower` to `upper` \[m\] in this frame, one
-    /// bit a lane.
+    /// Boxes that overlap the axis-aligned one from `lower` to `upper` \[m\] in this frame, one bit
+    /// a lane.
     #[inline(always)]
     pub fn overlaps<S: Simd>(&self, simd: S, lower: &[f32; 3], upper: &[f32; 3]) -> u32 {
         let mut gaps = [0.0; LANES];
@@ -300,8 +299,8 @@ impl Boxes {
         negative(&gaps)
     }
 
-    /// Lower bounds [m^2] on the squared distances of what the boxes hold from `point`; `rounding`
-    /// as in [`rounding_at`].
+    /// Lower bounds [m^2] on the squared distances from `point` to the contents of the boxes;
+    /// `rounding` as in [`rounding_at`].
     #[inline(always)]
     pub fn distances_squared<S: Simd>(&self, simd: S, point: &[f32; 3], rounding: f32) -> Lanes {
         let zero = F32s::splat(simd, 0.0);
@@ -321,8 +320,8 @@ impl Boxes {
         squares
     }
 
-    /// Which boxes a ray from `origin` may meet, one bit a lane; `inverse` holds the inverses of
-    /// its direction's components, `rounding` is as in [`rounding_at`].
+    /// Boxes that a ray from `origin` may meet, one bit a lane. `inverse` contains the reciprocals
+    /// of its direction; `rounding` is as in [`rounding_at`].
     #[inline(always)]
     pub fn met_by<S: Simd>(&self, simd: S, origin: &[f32; 3], inverse: &[f32; 3], rounding: f32) -> u32 {
         let mut gaps = [0.0; LANES];
@@ -344,7 +343,7 @@ impl Boxes {
 }
 
 impl<S: Simd> Part<S> {
-    /// Gaps \[m\] along the face axes of the boxes and of the one seen.
+    /// Gaps \[m\] along the face axes of the boxes and of the tested box.
     #[inline(always)]
     fn face_gaps(&self, simd: S, view: &View, seen: &Seen) -> [[F32s<S>; 3]; 2] {
         let (t, h) = (&self.offset, &self.half);
@@ -359,8 +358,8 @@ impl<S: Simd> Part<S> {
         gaps
     }
 
-    /// Widest gap along the cross products of edges. Those are shorter than unit where axes lean
-    /// toward each other, so the limit asks too much there: safe.
+    /// Widest gap along the cross products of edges. Those of nearly parallel axes are shorter than
+    /// unit length, so using the full limit is conservative.
     #[inline(always)]
     fn widest_edge_gap(&self, simd: S, view: &View, seen: &Seen) -> F32s<S> {
         let (t, h) = (&self.offset, &self.half);
@@ -377,12 +376,12 @@ impl<S: Simd> Part<S> {
     }
 }
 
-/// What rounding may take \[m\] from gaps between `point` and boxes within `bounds`.
+/// Rounding error \[m\] of gaps between `point` and boxes within `bounds`.
 pub fn rounding_at(point: &Vec3, bounds: &Cuboid) -> f32 {
-    ((point.norm() + bounds.farthest_squared().sqrt()) * ROUNDING) as f32
+    ((point.norm() + bounds.farthest_squared().sqrt()) * ROUNDING_SHARE) as f32
 }
 
-/// The least `f32` that is not less.
+/// Least `f32` above `limit` rounded to `f32`, hence no smaller than `limit`.
 #[inline(always)]
 pub fn rounded_up(limit: f64) -> f32 {
     (limit as f32).next_up()

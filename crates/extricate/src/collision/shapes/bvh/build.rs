@@ -1,13 +1,13 @@
-//! How triangles are sorted into a tree: the surface-area heuristic, eight children at a time.
+//! Sorts triangles into a tree by the surface-area heuristic, eight children at a time.
 
 use super::tree::{Bvh, TreeLayout};
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::math::{LANES, Vec3};
 
 const BINS: usize = 16;
-/// Fewer items than this are sorted along each axis and split behind a multiple of eight, so that
-/// blocks are full.
-const SORTED: usize = 256;
+/// Ranges of fewer items are sorted along each axis and split after a multiple of eight, so that
+/// blocks are full. Larger ranges are binned.
+const MIN_BINNED_ITEMS: usize = 256;
 
 #[derive(Clone, Copy)]
 struct Item {
@@ -22,24 +22,23 @@ impl Item {
         Self { lower, upper, id: id as u32 }
     }
 
-    /// Twice its middle.
+    /// Twice the middle along an axis.
     fn middle(&self, axis: usize) -> f64 {
         self.lower[axis] + self.upper[axis]
     }
 }
 
-/// Builds the tree of `groups` of triangles, each of which fills a subtree; none may be empty, and
-/// there must be one.
+/// Builds the tree of at least one nonempty group of triangles; each group fills a subtree.
 pub fn build(groups: &[Vec<[Vec3; 3]>]) -> Bvh {
     Bvh::with_layout(groups, sorted(groups)).expect("every triangle is sorted into one block of its group")
 }
 
-/// The layout that is best for searches.
+/// Finds a layout that makes searches fast.
 ///
 /// # Source
 /// I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007,
-/// doi:10.1109/RT.2007.4342588. Deviation: of up to eight ranges the one with the largest surface
-/// is split next; they become the children of one node.
+/// doi:10.1109/RT.2007.4342588. Deviation: up to eight ranges become the children of one node; the
+/// one with the largest surface is split next.
 pub(super) fn sorted(groups: &[Vec<[Vec3; 3]>]) -> TreeLayout {
     let mut items: Vec<Item> = groups.iter().enumerate().map(|(id, g)| Item::around(g.as_flattened(), id)).collect();
     let starts = groups.iter().scan(0, |next, group| Some(std::mem::replace(next, *next + group.len()))).collect();
@@ -50,7 +49,7 @@ pub(super) fn sorted(groups: &[Vec<[Vec3; 3]>]) -> TreeLayout {
 
 struct Sorting<'a> {
     groups: &'a [Vec<[Vec3; 3]>],
-    /// Where the triangles of each group begin among those of all.
+    /// Number of the first triangle of each group.
     starts: Vec<usize>,
     layout: TreeLayout,
 }
@@ -72,7 +71,7 @@ impl Sorting<'_> {
         self.layout.push_block(items.iter().map(|item| item.id));
     }
 
-    /// A node over `items`, more than `whole`; ranges of at most `whole` of them are not split.
+    /// Adds a node over more than `whole` items. Ranges of at most `whole` items are not split.
     fn add_node(&mut self, items: &mut [Item], whole: usize, add: &dyn Fn(&mut Self, &mut [Item])) {
         let mut ranges = vec![(area(&bounds(items)), items)];
         while ranges.len() < LANES {
@@ -104,14 +103,14 @@ fn half_area(side: &Vec3) -> f64 {
     if side.x < 0.0 { 0.0 } else { side.x * side.y + side.y * side.z + side.z * side.x }
 }
 
-/// Sorts `items` (two at least) into two halves by the surface-area heuristic; returns where the
-/// second one starts.
+/// Sorts at least two `items` into two halves by the surface-area heuristic. Returns the start of
+/// the second half.
 fn partition(items: &mut [Item]) -> usize {
-    if items.len() < SORTED { sorted_partition(items) } else { binned_partition(items) }
+    if items.len() < MIN_BINNED_ITEMS { sorted_partition(items) } else { binned_partition(items) }
 }
 
-/// Tries all splits behind a multiple of eight (of one, if there are no more than eight) along all
-/// axes.
+/// Tries all splits after a multiple of eight along all axes. With at most eight items, every split
+/// is tried.
 fn sorted_partition(items: &mut [Item]) -> usize {
     let step = if items.len() > LANES { LANES } else { 1 };
     let mut best = (f64::INFINITY, items.len() / 2);
@@ -147,15 +146,15 @@ fn sorted_partition(items: &mut [Item]) -> usize {
     best.1
 }
 
-/// The order of items along an axis: by twice their middles, then by number, with their places.
-/// Keys are sorted, since items are large.
+/// Sorts the items along an axis by their middles, then by number. Only keys are sorted, since
+/// items are large.
 fn sort(items: &[Item], axis: usize, order: &mut Vec<(f64, u32, usize)>) {
     order.clear();
     order.extend(items.iter().enumerate().map(|(k, item)| (item.middle(axis), item.id, k)));
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
-/// Tries the splits between [`BINS`] slices along all axes.
+/// Tries the splits between the slices along all axes.
 fn binned_partition(items: &mut [Item]) -> usize {
     let mut best = (f64::INFINITY, 0, 0);
     let (lower, upper) = items.iter().fold(EMPTY, |(l, u), item| {
@@ -195,7 +194,8 @@ fn binned_partition(items: &mut [Item]) -> usize {
     split_by(items, |item| bin_of(item.middle(axis), lower[axis], scale) >= split)
 }
 
-/// Puts those of the second half behind all others, in the order that they have; where these begin.
+/// Moves the items of the second half behind the others and keeps the order in both. Returns the
+/// start of the second half.
 fn split_by(items: &mut [Item], is_second: impl Fn(&Item) -> bool) -> usize {
     let (mut second, mut at) = (Vec::new(), 0);
     for k in 0..items.len() {

@@ -1,5 +1,5 @@
-//! Trees of boxes over the triangles of a mesh, eight children a node and eight triangles a leaf.
-//! Not pairs of trees.
+//! Trees of boxes over the triangles of a mesh: eight children a node, eight triangles a leaf. No
+//! pairs of trees.
 
 mod assemble;
 mod block;

@@ -1,4 +1,4 @@
-//! Trees hold every triangle once, in all boxes above it; tests of eight at once equal tests of
+//! Trees contain every triangle once, in all boxes above it; tests of eight lanes equal tests of
 //! one.
 
 use crate::collision::narrow_phase::triangle::{self, Triangle, closest_on_triangle};
@@ -56,7 +56,7 @@ impl WithSimd for Met<'_> {
     }
 }
 
-/// Rounded by `f32` at most.
+/// Whether `cuboid` contains `point`, to the rounding of `f32`.
 fn holds(cuboid: &Cuboid, point: &Vec3) -> bool {
     (0..3).all(|i| (point[i] - f64::from(cuboid.center[i])).abs() <= f64::from(cuboid.half[i]))
 }
@@ -125,7 +125,8 @@ fn closest_point_equals_a_scan() {
     }
 }
 
-/// Least distance of the corners and of random points of two boxes, the second one moved.
+/// Least distance of random points of two boxes, many of them at corners; `pose` moves the second
+/// box.
 fn sampled_distance(a: &Cuboid, b: &Cuboid, pose: &Pose, rng: &mut ChaCha8Rng) -> f64 {
     let mut within = |cuboid: &Cuboid| {
         Vec3::from_fn(|i, _| {

@@ -1,5 +1,5 @@
-//! A tree of boxes over the triangles of a mesh, eight children a node and eight triangles a leaf,
-//! and its nearest-point query. Not pairs of trees.
+//! A tree of boxes over the triangles of a mesh, and its nearest-point query. Eight children a
+//! node, eight triangles a leaf; no pairs of trees.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::math::{LANES, Vec3};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ref(pub u32);
 
-const BLOCK: u32 = 1 << 31;
+const BLOCK_BIT: u32 = 1 << 31;
 
 impl Ref {
     pub(super) fn node(index: usize) -> Self {
@@ -24,47 +24,42 @@ impl Ref {
     }
 
     pub(super) fn block(index: usize) -> Self {
-        Self(index as u32 | BLOCK)
+        Self(index as u32 | BLOCK_BIT)
     }
 
-    /// Whether this is a block.
     pub fn is_block(self) -> bool {
-        self.0 & BLOCK != 0
+        self.0 & BLOCK_BIT != 0
     }
 
-    /// Place among the nodes or the blocks.
+    /// Index among the nodes or among the blocks.
     pub fn index(self) -> usize {
-        (self.0 & !BLOCK) as usize
+        (self.0 & !BLOCK_BIT) as usize
     }
 }
 
-/// Up to eight children.
+/// A node with up to eight children.
 #[derive(Debug, Clone)]
 pub struct Node {
-    /// Around each child; nothing in lanes without one.
+    /// Box around each child; lanes without one have no box.
     pub boxes: Boxes,
-    /// Around all of them.
     pub bounds: Cuboid,
-    /// What is in them.
     pub children: [Ref; LANES],
 }
 
 /// Triangles that fill a subtree.
 #[derive(Debug, Clone)]
 pub struct Group {
-    /// Of the subtree.
     pub root: Ref,
-    /// All blocks of it.
     pub blocks: Range<usize>,
 }
 
-/// How the triangles of a tree are grouped, apart from where they are.
+/// Grouping of the triangles of a tree, without their positions.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TreeLayout {
-    /// Every node before what is below it. Of a block the number of its triangles, 1 to 8; of a
-    /// node 8 more than the number of its children, 10 to 16.
+    /// Nodes and blocks, each node before its children. A block stores its number of triangles, 1
+    /// to 8; a node stores 8 plus its number of children, 10 to 16.
     pub elements: Vec<u8>,
-    /// The triangles of the blocks, each a place among those of all groups, group after group.
+    /// Triangles of the blocks, as indices among those of all groups, group after group.
     pub order: Vec<u32>,
 }
 
@@ -81,56 +76,51 @@ impl TreeLayout {
 
 /// Triangles sorted into a tree.
 ///
-/// A triangle is known by eight times its block plus its lane.
+/// The number of a triangle is eight times its block plus its lane.
 #[derive(Debug, Clone)]
 pub struct Bvh {
-    /// A node, or the only block.
+    /// Root node, or the only block.
     pub root: Ref,
-    /// Around everything.
     pub bounds: Aabb,
-    /// The same.
+    /// The box `bounds` in `f32`.
     pub cuboid: Cuboid,
-    /// Nodes with more than one child.
+    /// Nodes, each with at least two children.
     pub nodes: Vec<Node>,
-    /// The triangles.
     pub blocks: Vec<Block>,
-    /// Of every group its subtree.
+    /// Subtree of every group.
     pub groups: Vec<Group>,
-    /// What it was made of beside the triangles.
+    /// Layout from which the tree was built.
     pub layout: TreeLayout,
 }
 
-/// A point of a tree's triangles near a given one.
+/// Point of a triangle that is nearest to a query point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
-    /// The point.
     pub point: Vec3,
-    /// The triangle that it lies on.
+    /// Number of the triangle that contains the point.
     pub triangle: u32,
-    /// Its squared distance [m^2].
+    /// Squared distance [m^2] to the query point.
     pub squared: f64,
 }
 
 impl Bvh {
-    /// The box around a node or block.
     #[inline(always)]
     pub fn bounds_of(&self, at: Ref) -> &Cuboid {
         if at.is_block() { &self.blocks[at.index()].bounds } else { &self.nodes[at.index()].bounds }
     }
 
-    /// A triangle by its number.
+    /// Triangle by number; `None` if there is none.
     pub fn triangle(&self, number: u32) -> Option<Triangle> {
         let (block, lane) = (number as usize / LANES, number as usize % LANES);
         self.blocks.get(block).filter(|block| lane < block.len()).map(|block| block.triangle(lane))
     }
 
-    /// All triangles of `blocks`.
     pub fn triangles(&self, blocks: Range<usize>) -> impl Iterator<Item = Triangle> {
         self.blocks[blocks].iter().flat_map(|block| (0..block.len()).map(|lane| block.triangle(lane)))
     }
 
-    /// The point of the triangles below `root` that is nearest to `point`, if nearer than the root
-    /// of `limit_squared`. Gives up where that falls to `enough_squared`.
+    /// Point of the triangles below `root` that is nearest to `point`, if its squared distance is
+    /// below `limit_squared`. Stops early at a point within `enough_squared`.
     pub fn closest_point(
         &self,
         root: Ref,
@@ -198,7 +188,7 @@ impl WithSimd for ClosestPoint<'_> {
     }
 }
 
-/// Inserts an entry into `stack[start..]`, which is kept descending by `key`: the least comes off
+/// Inserts an entry into `stack[start..]`, which descends by `key`, so that the least is popped
 /// first.
 #[inline(always)]
 pub fn push_sorted<T: Copy, K: PartialOrd>(stack: &mut Vec<T>, start: usize, entry: T, key: impl Fn(&T) -> K) {

@@ -1,20 +1,20 @@
-//! The support function of a point set in nearly constant time: directions are sorted into cells of
-//! a cube map, and each cell keeps only the points that can be farthest for some direction in it.
+//! Support function of a point set in nearly constant time. Directions are sorted into cells of a
+//! cube map. Each cell keeps only the points that can be farthest for some direction in it.
 
 use crate::math::Vec3;
 
 /// Lanes of a block: few enough that a cell rarely holds padding, enough for the compiler to
 /// vectorise.
 const LANES: usize = 8;
-/// Cells are widened by this much (of a cube map coordinate in [-1, 1]), far above the rounding of
-/// a look-up.
+/// Margin of a cell in cube map coordinates, which run from -1 to 1. Far above the rounding of a
+/// look-up.
 const CELL_MARGIN: f64 = 1e-9;
 
-/// Points whose convex hull is meant; points inside the hull and duplicates are allowed.
+/// Points that span a convex hull; interior points and duplicates are allowed.
 ///
 /// # Cost
-/// A support query scans one or two blocks of 8 points, whatever the number of points. Memory: a
-/// few times the points.
+/// A support query scans one or two blocks of 8 points, whatever the number of points. The memory
+/// is a few times that of the points.
 #[derive(Debug, Clone)]
 pub struct HullPoints {
     points: Vec<Vec3>,
@@ -84,17 +84,17 @@ impl HullPoints {
         self.reach
     }
 
-    /// A point farthest along `direction` (of any length) \[m\].
+    /// Point farthest along `direction` (of any length) \[m\].
     #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         let [start, end] = self.cells[self.cell(direction)];
         farthest(&self.blocks[start as usize..end as usize], direction)
     }
 
-    /// The cell that holds `direction`; any cell where the direction is zero or not finite.
+    /// Cell that contains `direction`; any cell if the direction is zero or not finite.
     #[inline(always)]
     fn cell(&self, d: &Vec3) -> usize {
-        // Without branches on the direction, which nothing predicts.
+        // No branches on the direction: they would be unpredictable.
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         let axis = usize::from((x < y) | (x < z)) * (1 + usize::from(y < z));
         let around = [d.x, d.y, d.z, d.x, d.y];
@@ -108,8 +108,8 @@ impl HullPoints {
         ((2 * axis + usize::from(main < 0.0)) * self.resolution + row) * self.resolution + column
     }
 
-    /// Fills the square of `span` x `span` cells at `corner` of a cube face, halving it until its
-    /// points fit a block.
+    /// Fills the square of `span` x `span` cells at `corner` of a cube face. Halves the square
+    /// until its points fit one block.
     fn divide(&mut self, face: usize, corner: [usize; 2], span: usize, candidates: &[u32]) {
         let kept = undominated(&self.points, &self.corner_directions(face, corner, span), candidates);
         if span > 1 && kept.len() > LANES {
@@ -152,9 +152,9 @@ impl HullPoints {
     }
 }
 
-/// The candidates that no other candidate beats at all four corners. A cell's directions are
-/// positive combinations of its corners, so that a point beaten at the corners by one point is
-/// beaten by it in the whole cell.
+/// Candidates that no other candidate beats at all four corners. Directions of a cell are positive
+/// combinations of its corners. A point that beats another at all corners therefore beats it in the
+/// whole cell.
 fn undominated(points: &[Vec3], corners: &[Vec3; 4], candidates: &[u32]) -> Vec<u32> {
     let mut heights: Vec<([f64; 4], u32)> =
         candidates.iter().map(|&i| (corners.map(|corner| corner.dot(&points[i as usize])), i)).collect();
@@ -186,8 +186,8 @@ fn farthest(blocks: &[Block], d: &Vec3) -> Vec3 {
     best
 }
 
-/// The first lane that holds the maximum, and the maximum. Written so that it compiles to vector
-/// maxima and a mask: one mispredicted branch costs more than the rest.
+/// Returns the first lane with the maximum, and the maximum. Written to compile to vector maxima
+/// and a mask: one mispredicted branch costs more than the rest.
 #[inline(always)]
 fn highest(heights: &[f64; LANES]) -> (usize, f64) {
     let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -208,7 +208,8 @@ mod tests {
         for count in [1, 2, 4, 8, 9, 33, 200, 700] {
             let mut points: Vec<Vec3> = (0..count).map(|_| Vec3::from_fn(|_, _| rng.random::<f64>() - 0.5)).collect();
             if count % 2 == 1 {
-                // On a sphere, on a grid with many coplanar ties, and twice.
+                // Points on a sphere with one duplicate, and points on a grid with many coplanar
+                // ties.
                 points.iter_mut().for_each(|p| *p = p.normalize());
                 points.push(points[0]);
             } else if count > 100 {
@@ -218,7 +219,7 @@ mod tests {
             for n in 0..2000 {
                 let mut d = Vec3::from_fn(|_, _| rng.random::<f64>() - 0.5);
                 if n % 3 == 0 {
-                    // Exactly on cell borders too.
+                    // Include directions exactly on cell borders.
                     d = d.map(|x| (x * 4.0).round());
                 }
                 let slow = points.iter().map(|p| p.dot(&d)).fold(f64::NEG_INFINITY, f64::max);

@@ -17,41 +17,41 @@ use crate::math::elementary::hypot;
 /// ```
 #[derive(Debug, Clone)]
 pub struct ConvexShape {
-    /// What is swept.
+    /// Core that the ball sweeps.
     pub core: ConvexCore,
-    /// \[m\]
+    /// Radius of the ball \[m\].
     pub radius: f64,
 }
 
 /// A convex set given by its support function.
 #[derive(Debug, Clone)]
 pub enum ConvexCore {
-    /// The origin.
+    /// Only the origin.
     Point,
-    /// From `-half_length` to `half_length` along z.
+    /// Line segment from `-half_length` to `half_length` along z.
     Segment {
-        /// \[m\]
+        /// Half of the length \[m\].
         half_length: f64,
     },
-    /// A cuboid.
+    /// Cuboid centred at the origin.
     Box {
-        /// \[m\]
+        /// Half of each side \[m\].
         half_extents: Vec3,
     },
-    /// A cylinder along z.
+    /// Cylinder along z, centred at the origin.
     Cylinder {
-        /// \[m\]
+        /// Radius of the discs \[m\].
         radius: f64,
-        /// \[m\]
+        /// Half of the length \[m\].
         half_length: f64,
     },
-    /// A triangle.
+    /// Triangle with these corners \[m\].
     Triangle([Vec3; 3]),
     /// The convex hull of points.
     Hull(HullPoints),
-    /// What lies between a triangle and its shadow on a plane below it.
+    /// Set between a triangle and its shadow on a horizontal plane below it.
     Prism {
-        /// Corners \[m\].
+        /// Corners of the triangle \[m\].
         top: [Vec3; 3],
         /// Height of the plane \[m\], below all corners.
         bottom: f64,
@@ -59,7 +59,7 @@ pub enum ConvexCore {
 }
 
 impl ConvexCore {
-    /// A point of the core that lies farthest along `direction` (of any length) \[m\].
+    /// Point of the core that lies farthest along `direction` (of any length) \[m\].
     #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         match self {
@@ -88,7 +88,7 @@ impl ConvexCore {
         }
     }
 
-    /// A point within the core, near its middle \[m\].
+    /// Point within the core, near its middle \[m\].
     pub fn center(&self) -> Vec3 {
         match self {
             Self::Triangle([a, b, c]) => (a + b + c) / 3.0,

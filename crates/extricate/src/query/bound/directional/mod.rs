@@ -1,12 +1,12 @@
-//! The lower bound that looks at the direction in which two convex bodies part.
+//! The lower bound over the directions in which two convex bodies can part.
 //!
 //! In a free configuration, two bodies that overlap at the query have parted along some direction
-//! `n`: for any two points chosen for it, by `m - n . (a - b)`. That takes the distance that
-//! [`least_reach`] proves, so
+//! `n`. Any two points that are chosen for `n` have then parted by `m - n . (a - b)`. That takes
+//! the distance that [`least_reach`] proves, so
 //!
 //! `depth >= min over n of max over a, b of reach(n, a, b)`
 //!
-//! The minimum is over a sphere, whatever the degrees of freedom; [`Cells`] cover it.
+//! The minimum is over a sphere, however many degrees of freedom there are; [`Cells`] cover it.
 
 use arrayvec::ArrayVec;
 
@@ -19,7 +19,7 @@ use crate::metric::pair_motion::{Lanes, PairMotion, PairMotions, lanes};
 use crate::query::context::Context;
 use crate::scene::MetricKind;
 
-/// Memory that bounds reuse.
+/// Memory that [`directional`] and [`promise`] reuse.
 #[derive(Debug, Default)]
 pub struct DirectionalScratch {
     motion: PairMotion,
@@ -28,10 +28,11 @@ pub struct DirectionalScratch {
     cells: Cells,
 }
 
-/// A distance (metric units) below which the two sets cannot have parted, at most `ceiling`.
+/// Returns a distance (metric units), at most `ceiling`, below which the two sets cannot have
+/// parted.
 ///
 /// # Guarantee
-/// Proved, for every configuration nearer than it.
+/// Proved: the sets overlap at every configuration nearer than this.
 pub fn directional(
     context: &Context,
     poses: &[Pose],
@@ -45,8 +46,7 @@ pub fn directional(
     cells.cover(pair, None, &mut from_here, ceiling, most_splits).max(0.0)
 }
 
-/// About the most that [`directional`] may come to: what the points that are supported along a few
-/// directions bound there.
+/// Estimates the most that [`directional`] may prove, from the support points along 26 directions.
 pub fn promise(
     context: &Context,
     poses: &[Pose],
@@ -72,7 +72,7 @@ struct FromHere<'a> {
     metric: &'a Metric,
     poses: &'a [Pose],
     motion: &'a mut PairMotion,
-    /// Of the points that are looked at, once it is requested.
+    /// Curvature of the placed points, computed on the first request.
     curvature: Option<Curvature>,
     ceiling: f64,
     motions: &'a mut PairMotions,
@@ -98,7 +98,6 @@ impl<'a> FromHere<'a> {
         *self.curvature.get_or_insert_with(|| Curvature::of(self.motion, self.ceiling))
     }
 
-    /// See [`Parting::rough_distances`].
     fn rough<const N: usize>(&mut self, candidates: &[Candidate<N>], enough: f64) -> Lanes {
         let mut bounds = [enough; LANES];
         let ceiling = self.ceiling;

@@ -1,4 +1,4 @@
-//! Bounds along directions against configurations in which the bodies have parted.
+//! Bounds by directions against sampled configurations in which the bodies have parted.
 
 use std::sync::Arc;
 

@@ -17,7 +17,6 @@ use std::array;
 use crate::math::{LANES, Vec3, vectorized};
 use crate::metric::pair_motion::{Lanes, PairMotion, PairMotions, lanes};
 
-/// Memory that reaches reuse.
 #[derive(Debug, Clone, Default)]
 pub struct ReachScratch {
     gradient: Vec<Corners>,
@@ -29,27 +28,26 @@ pub struct ReachScratch {
 /// A number for each of three corners; the fourth lane repeats the first.
 type Corners = [f64; 4];
 
-/// Bounds on derivatives in every direction, of the points that are looked at.
+/// Bounds on derivatives in every direction, for the placed points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Curvature {
-    /// On second ones here.
+    /// Bound on second derivatives at the configuration.
     pub second: f64,
-    /// On third ones up to the ceiling, over 6.
+    /// Bound on third derivatives up to the ceiling, divided by 6.
     pub third: f64,
-    /// Largest of all gradients, for what rounding adds to them.
+    /// Upper bound on the norm of the gradient along any direction; rounding is proportional to it.
     pub first: f64,
 }
 
-/// Share by which bounds are lowered for rounding: that of some hundred operations, many times
-/// over.
+/// Share by which bounds are lowered, many times the rounding error of some hundred operations.
 const ROUNDING: f64 = 1e-12;
-/// Newton's steps to a root in lanes: from as near as they begin, four mostly do.
-const STEPS: usize = 6;
-/// Multipliers that are tried.
+/// Newton steps to a root in lanes; from the start value, four mostly suffice.
+const NEWTON_STEPS: usize = 6;
+/// Multipliers tried for each corner; three prove the same (lab L121).
 const MAX_MULTIPLIERS: usize = 2;
 
 impl Curvature {
-    /// Of the points that `motion` was placed at, within `ceiling`.
+    /// Bounds the derivatives of the points that `motion` was placed at, up to `ceiling`.
     pub fn of(motion: &mut PairMotion, ceiling: f64) -> Self {
         let first = motion.columns().iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
         let [second, third] = motion.derivatives(ceiling);
@@ -58,11 +56,11 @@ impl Curvature {
 }
 
 /// Returns the least distance (metric units), at most `ceiling`, within which `n . (a - b)` grows
-/// by less than `needed` \[m\], over three pairs of `n` and `needed`. Stops refining once all reach
-/// `enough`.
+/// by less than `needed` \[m\], over three pairs of `n` and `needed`. Stops refining once all three
+/// reach `enough`.
 ///
 /// # Guarantee
-/// Proved. At least as far as bounds on all second derivatives tell.
+/// Proved; never less than what bounds on all second derivatives prove alone.
 pub fn least_reach(
     motion: &PairMotion,
     curvature: &Curvature,
@@ -84,7 +82,6 @@ pub fn least_reach(
     least(&mut reaches.into_iter())
 }
 
-/// Returns a number for each corner.
 #[inline(always)]
 fn corners(of: impl FnMut(usize) -> f64) -> Corners {
     array::from_fn(of)
@@ -112,7 +109,7 @@ fn reaches(
         return best;
     }
     motion.hessian(&n, hessian);
-    // The second derivative along the gradient, which is nearly the direction of the largest value.
+    // The largest value lies nearly along the gradient, so start from the second derivative there.
     let mut along = zero;
     for (row, g) in hessian.chunks_exact(width).zip(&*gradient) {
         let product = row.iter().zip(&*gradient).fold(zero, |sum, (h, g)| corners(|k| sum[k] + h[k] * g[k]));
@@ -164,7 +161,7 @@ fn factorize(hessian: &[Corners], multiplier: &Corners, width: usize, factor: &m
     factor.clear();
     factor.resize(width * width, [0.0; 4]);
     let least = corners(|k| 1e-4 * multiplier[k]);
-    // A little less than the multiplier: rounding of the factor is far below.
+    // Slightly less than the multiplier, by far more than the rounding of the factor.
     let diagonal = corners(|k| multiplier[k] * (1.0 - 1e-9));
     for j in 0..width {
         for i in j..width {
@@ -238,7 +235,7 @@ pub fn rough_reaches(motions: &PairMotions, n: &[Lanes; 3], needed: &Lanes, ceil
     roots([&[0.0; LANES], &slope, &half, &third], needed, ceiling)
 }
 
-/// The same as [`root`] of each lane.
+/// Returns [`root`] of each lane.
 #[inline(always)]
 fn roots<const N: usize>(p: [&[f64; N]; 4], needed: &[f64; N], ceiling: f64) -> [f64; N] {
     let smaller = |a: f64, b: f64| if a < b { a } else { b };
@@ -246,7 +243,7 @@ fn roots<const N: usize>(p: [&[f64; N]; 4], needed: &[f64; N], ceiling: f64) -> 
     let value = |r: &[f64; N]| -> [f64; N] { array::from_fn(|k| r[k] * (p[k] + r[k] * (q[k] + r[k] * s[k]))) };
     let rest: [f64; N] = array::from_fn(|k| needed[k] * (1.0 - ROUNDING) - constant[k]);
     let mut r: [f64; N] = array::from_fn(|k| smaller(smaller(ceiling, rest[k] / p[k]), (rest[k] / q[k]).sqrt()));
-    for _ in 0..STEPS {
+    for _ in 0..NEWTON_STEPS {
         let now = value(&r);
         let slope: [f64; N] = array::from_fn(|k| p[k] + r[k] * (2.0 * q[k] + 3.0 * r[k] * s[k]));
         r = array::from_fn(|k| r[k] - (now[k] - rest[k]) / slope[k]);
@@ -265,15 +262,15 @@ fn roots<const N: usize>(p: [&[f64; N]; 4], needed: &[f64; N], ceiling: f64) -> 
     found
 }
 
-/// Largest `r` up to `ceiling` with `p(r) <= needed`, for coefficients of `p` from the constant one
-/// up that are not negative; 0 where there is none.
+/// Returns the largest `r` up to `ceiling` with `p(r) <= needed`, or 0 if there is none. The
+/// coefficients of `p`, from the constant one up, are not negative.
 fn root(p: [f64; 4], needed: f64, ceiling: f64) -> f64 {
     let value = |r: f64| p[0] + r * (p[1] + r * (p[2] + r * p[3]));
     let rest = needed * (1.0 - ROUNDING) - p[0];
     if rest <= 0.0 {
         return 0.0;
     }
-    // Above the root, from where Newton's steps descend to it.
+    // Newton steps descend to the root from above.
     let mut r = ceiling;
     if value(r) <= needed * (1.0 - ROUNDING) {
         return r;

@@ -1,4 +1,4 @@
-//! Reaches in lanes against one after the other.
+//! Reaches in lanes against reaches computed one after another.
 
 use std::sync::Arc;
 
@@ -11,8 +11,7 @@ use crate::math::linear_algebra::{cholesky_solve, dot, forward_solve};
 use crate::metric::Metric;
 use crate::scene::{MetricKind, builtin};
 
-/// This holds too if a coefficient is zero, if nothing is needed, and if the root is beyond the
-/// ceiling.
+/// Covers zero coefficients, needs of zero, and roots beyond the ceiling.
 #[test]
 fn roots_in_lanes_are_those_of_one() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
@@ -34,7 +33,7 @@ fn roots_in_lanes_are_those_of_one() {
     assert!(inside > 5_000 && ends > 2_000, "{inside} {ends}");
 }
 
-/// A pair of bodies of every built-in scene, at random points and along random directions.
+/// Uses a random pair of bodies of every built-in scene, random points and random directions.
 #[test]
 fn corners_in_lanes_reach_what_one_does() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(11);
@@ -64,7 +63,7 @@ fn corners_in_lanes_reach_what_one_does() {
     assert!(seen > 500, "{seen}");
 }
 
-/// The reach of one corner, operation by operation.
+/// Slow twin: the reach of one corner.
 fn reach(motion: &PairMotion, curvature: &Curvature, n: &Vec3, needed: f64, enough: f64, ceiling: f64) -> f64 {
     if needed <= 0.0 {
         return 0.0;
@@ -80,17 +79,17 @@ fn reach(motion: &PairMotion, curvature: &Curvature, n: &Vec3, needed: f64, enou
     motion.hessian(&[[n.x], [n.y], [n.z]], &mut hessian);
     let hessian = hessian.as_flattened();
     let width = gradient.len();
-    // What it is along the gradient, where the largest value is nearly.
+    // The second derivative along the gradient, near which the largest value lies.
     let along = hessian.chunks_exact(width).zip(&gradient).map(|(row, g)| g * dot(row, &gradient)).sum::<f64>()
         / (slope * slope).max(f64::MIN_POSITIVE);
     let most = curvature.second * (1.0 + 1e-6) + f64::MIN_POSITIVE;
     let likely = root([0.0, slope, 0.5 * along.max(0.0), third], needed, ceiling);
     let mut multiplier = slope / likely + along;
     for _ in 0..MAX_MULTIPLIERS {
-        // Not negative: it is what a longer way counts.
+        // A multiplier is not negative, since it weighs the longer distance.
         multiplier = multiplier.max(1e-3 * most);
         let mut factor: Vec<f64> = hessian.iter().map(|entry| -entry).collect();
-        // A little less than the multiplier: what rounding does to the factor is far below.
+        // Slightly less than the multiplier, by far more than the rounding of the factor.
         (0..width).for_each(|k| factor[k * width + k] += multiplier * (1.0 - 1e-9));
         if !is_definite(&mut factor, width, 1e-4 * multiplier) {
             multiplier = (2.0 * multiplier.max(0.25 * most)).min(most + multiplier.abs());
@@ -115,8 +114,8 @@ fn reach(motion: &PairMotion, curvature: &Curvature, n: &Vec3, needed: f64, enou
     best
 }
 
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; `false` where a pivot
-/// is below `least`.
+/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; returns `false` if a
+/// pivot is below `least`.
 fn is_definite(m: &mut [f64], n: usize, least: f64) -> bool {
     for j in 0..n {
         for i in j..n {

@@ -1,4 +1,4 @@
-//! Along which directions one pair of bodies may part, and how far it has to move for each.
+//! Directions along which one pair of bodies may part, and how far it has to move for each.
 
 use crate::collision::{Contact, OverlappingPieces};
 use crate::kinematics::Twists;
@@ -6,54 +6,50 @@ use crate::math::Vec3;
 use crate::query::local_metric::LocalMetric;
 use crate::scene::Scene;
 
-/// The directions that a pair may choose.
+/// Directions that a pair may choose.
 #[derive(Default)]
 pub struct Choices {
-    /// How far \[metric units\] it has to move at least, whichever it chooses.
+    /// Least displacement of the pair over all choices \[metric units\].
     pub least: f64,
-    /// Every choice; shortest first once they are sorted.
+    /// All choices; shortest first after [`Choices::sort`].
     pub all: Vec<Choice>,
-    /// What they ask of a displacement, a row each.
+    /// Constraint of each choice on displacements, row major.
     rows: Vec<f64>,
     lifted: Vec<f64>,
 }
 
-/// One direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Choice {
-    /// How far \[metric units\] the pair has to move.
+    /// Least displacement of the pair for this direction \[metric units\].
     length: f64,
-    /// How far the two overlap along it, the clearance included \[m\].
+    /// Overlap of the two along it, including the clearance \[m\].
     pub overlap: f64,
     row: usize,
 }
 
-/// What choices are measured in.
+/// Inputs that all measurements of choices share.
 pub struct Measure<'a> {
-    /// The directions.
+    /// Unit directions that are measured besides the axes of the shapes.
     pub sphere: &'a [Vec3],
-    /// What moves.
     pub scene: &'a Scene,
-    /// How it moves at the configuration.
+    /// Motion of the bodies at the configuration.
     pub twists: &'a Twists,
-    /// How far a displacement is.
     pub local: &'a LocalMetric,
-    /// Within which displacements are; coordinates whose limits are the same stay.
+    /// Bounds of displacements; coordinates with equal bounds stay.
     pub limits: (&'a [f64], &'a [f64]),
-    /// How far apart the shapes have to be \[m\].
+    /// Distance that the shapes have to keep \[m\].
     pub distance: f64,
 }
 
 impl Choices {
-    /// Forgets all.
     pub fn clear(&mut self) {
         self.least = 0.0;
         self.all.clear();
         self.rows.clear();
     }
 
-    /// Measures the directions of a pair; none where it is apart, or has to move no farther than
-    /// `floor` for one of them.
+    /// Measures the directions of a pair. Leaves none if the pair has to move no farther than
+    /// `floor` for one of them, in particular if it is apart.
     pub fn set(&mut self, pair: &OverlappingPieces, by: &Measure, floor: f64) {
         self.clear();
         let nv = by.limits.0.len();
@@ -71,7 +67,7 @@ impl Choices {
         self.least = least;
     }
 
-    /// Adds the row of a contact; how much a displacement of length 1 can give.
+    /// Adds the row of a contact. Returns how much distance a displacement of length 1 can gain.
     fn push(&mut self, contact: &Contact, by: &Measure) -> f64 {
         let (low, high) = by.limits;
         let at = self.rows.len();
@@ -83,12 +79,11 @@ impl Choices {
         by.local.slope(&mut self.lifted)
     }
 
-    /// Brings the shortest first.
     pub fn sort(&mut self) {
         self.all.sort_unstable_by(|a, b| a.length.total_cmp(&b.length).then(a.row.cmp(&b.row)));
     }
 
-    /// What a choice asks of displacements: `row . step >= overlap`.
+    /// Returns the constraint of a choice on displacements: `row . step >= overlap`.
     pub fn row(&self, choice: usize) -> &[f64] {
         let nv = self.rows.len() / self.all.len();
         &self.rows[self.all[choice].row * nv..][..nv]
