@@ -20,13 +20,13 @@ use crate::clock::ThreadTime;
 pub const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate
-/// query --json` that the benchmarks read; `seconds` are processor time of this thread. `asked` is
+/// query --json` that the benchmarks read; `seconds` are processor time of this thread. `target` is
 /// a model, which may be queried in another scene, or a scene file (.toml), which is queried
 /// without a model. `effort` is the name of an effort, a number of starts of `refined`, or its
 /// largest number of checks, as `50-checks`.
-pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
+pub fn answer(target: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
-    let solver = load(asked, other)?.options(options(effort)?)?;
+    let solver = load(target, other)?.options(options(effort)?)?;
     solver.warm_up(WARM_UP);
     for line in text.lines() {
         let q = config(solver.scene().space(), line).with_context(|| queries.to_string())?;
@@ -47,8 +47,8 @@ pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut
     Ok(())
 }
 
-fn load(asked: &str, other: Option<&str>) -> Result<Solver> {
-    let path = Path::new(asked);
+fn load(target: &str, other: Option<&str>) -> Result<Solver> {
+    let path = Path::new(target);
     if path.extension().is_some_and(|extension| extension == "toml") {
         return Ok(Solver::new(io::load_scene(path)?));
     }

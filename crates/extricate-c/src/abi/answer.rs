@@ -29,7 +29,7 @@ pub unsafe extern "C" fn extricate_answer_gradient(answer: *const ExtricateAnswe
 }
 
 /// Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
-/// told: returns how many, and points to them.
+/// reported: returns how many, and points to them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_colliding(
     answer: *const ExtricateAnswer,
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn extricate_answer_contacts(
     unsafe { list(answer, contacts, |answer| &answer.contacts) }
 }
 
-/// The distinct exits, nearest first, if more than one was asked for: returns how many, and writes
+/// The distinct exits, nearest first, if more than one was requested: returns how many, and writes
 /// where they are.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_exits(

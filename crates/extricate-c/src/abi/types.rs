@@ -122,7 +122,7 @@ pub struct ExtricateText {
     pub text: *const c_char,
 }
 
-/// What is asked of a query. extricate_options_init() fills in the defaults; set what differs then.
+/// Options of a query. extricate_options_init() fills in the defaults; set what differs then.
 /// Any number but 0 counts as 1 in a member that is 0 or 1.
 #[repr(C)]
 pub struct ExtricateOptions {

@@ -93,7 +93,7 @@ fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> 
 
 #[pymethods]
 impl Scene {
-    /// Which points are not the robot's own: those that no link comes nearer to than `padding` at a
+    /// Tells the points that are not the robot's own: those that no link comes nearer to than `padding` at a
     /// configuration.
     ///
     /// points: float64 (n, 3) [m], in the world, such as a camera sees them.

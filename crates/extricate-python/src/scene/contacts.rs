@@ -39,7 +39,7 @@ impl Scene {
     /// Where bodies are near each other or overlap, of free configurations too.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; within the limits.
-    /// within: pairs nearer than this [m] are told.
+    /// within: pairs nearer than this [m] are returned.
     /// threads: 0 for one per core.
     /// Returns a structured array, a row a contact, by configuration and pair, with the fields row
     /// (of Q), pair (index into `pairs`), distance (signed [m]; negative if the two overlap),

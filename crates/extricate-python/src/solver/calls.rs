@@ -55,7 +55,7 @@ macro_rules! calls {
             /// locked: names of joints that stay where q has them; or free: the names of those
             ///     that may move.
             /// weights: by joint, of squared displacements, in place of the scene's, in the metric
-            ///     of the joints; asked without what was learned.
+            ///     of the joints; the search then leaves out what was learned.
             /// toward, toward_share: a configuration and a share; of exits that are farther than
             ///     the nearest by at most that share of its depth, the one nearest to the
             ///     configuration is taken.
@@ -64,8 +64,8 @@ macro_rules! calls {
             /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
             ///
             /// None if nothing free was found, not even among 20,000 configurations, or if
-            /// locked joints leave nothing. A warning names the pairs that collide wherever one
-            /// looks, if some do. They are looked for once, whatever `max_checks` and
+            /// locked joints leave nothing. A warning names the pairs that collide in every drawn
+            /// configuration, if some do. They are searched for once, whatever `max_checks` and
             /// `max_seconds` are. If warnings are errors, the warning is raised in place of all
             /// answers of a call.
             ///

@@ -18,15 +18,15 @@ use crate::rows;
 use crate::scene::Scene;
 use handle::Handle;
 
-/// Answers what is asked of a scene: the nearest free configuration, checks, and motions.
+/// Answers queries about a scene: the nearest free configuration, checks, and motions.
 ///
 /// A model adds stored samples as further starts of queries; what is said of an answer holds with
-/// and without one. It is prepared when it is first asked. Immutable: threads may share it, each
+/// and without one. It is prepared at the first call. Immutable: threads may share it, each
 /// query runs without the interpreter lock. Pickles.
 ///
 /// Solver(scene, model=None, **options)
 ///
-/// scene: the `Scene` that is asked in.
+/// scene: the `Scene` of the queries.
 /// model: a `Model` of this scene, or of one with the same joints, limits, weights and metric:
 ///     obstacles, checked pairs and clearance may differ. Beside obstacles that moved it has no
 ///     samples.
@@ -34,7 +34,7 @@ use handle::Handle;
 ///     unless they say otherwise; an `options` object of a call takes the place of all of them.
 ///     Motions have keywords of their own.
 ///
-/// Raises ValueError if the model cannot be asked in the scene, and for options that make no
+/// Raises ValueError if the model does not fit the scene, and for options that make no
 /// sense.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Solver {
@@ -81,7 +81,7 @@ impl Solver {
         Self::new(py, handle, options.map(|options| Arc::new(options.unbind())))
     }
 
-    /// The scene that is asked in.
+    /// The scene of the queries.
     #[getter]
     fn scene(&self) -> Scene {
         Scene::of_solver(self.handle.solver().without_model())
@@ -96,7 +96,7 @@ impl Solver {
     /// The same model and options in another scene, such as one by `Scene.moved`; what is prepared
     /// of equal bodies is shared.
     ///
-    /// Raises ValueError if the model cannot be asked there, or if an option names what the
+    /// Raises ValueError if the model does not fit it, or if an option names what the
     /// scene has not.
     fn with_scene(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let solver = py.detach(|| self.handle.solver().with_scene(Arc::clone(scene.inner()))).map_err(exception)?;

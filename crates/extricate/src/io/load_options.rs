@@ -45,8 +45,8 @@ pub fn find_package(package: &str, near: &Path, given: &[PathBuf]) -> Option<Pat
     roots.iter().find(is_package).or_else(|| roots.iter().find(|root| root.is_dir())).cloned()
 }
 
-/// Returns where this process looks up packages: the folders `given`, those that URDFs lie in, and
-/// those of ROS.
+/// Returns the folders in which this process finds packages: the folders `given`, those that URDFs
+/// lie in, and those of ROS.
 pub fn package_search(given: &[PathBuf]) -> PackageSearch {
     let folders = |name: &str| -> Vec<PathBuf> {
         let listed = env::var_os(name).unwrap_or_default();

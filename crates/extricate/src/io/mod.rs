@@ -64,7 +64,8 @@ fn parsed(path: &Path, text: &str, options: &LoadOptions) -> Result<SceneFile> {
     Ok(completed(&SceneFile { search: PackageSearch { given: options.packages.clone(), ..entries.search }, ..entries }))
 }
 
-/// Adds the collision checker's cutter for convex parts, and where this process looks up packages.
+/// Adds the collision checker's cutter for convex parts, and the folders in which this process
+/// finds packages.
 fn completed(entries: &SceneFile) -> SceneFile {
     SceneFile { cut: Some(convex_parts), search: package_search(&entries.search.given), ..entries.clone() }
 }

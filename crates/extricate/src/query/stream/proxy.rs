@@ -1,6 +1,6 @@
 //! The proxy of a continuous stream, which only moves where its whole way is proved free.
 //!
-//! The nearest exit jumps when another becomes nearer, and the straight way there leads through
+//! The nearest exit jumps when another becomes nearer, and the straight segment there leads through
 //! collisions. A proxy goes toward the query as far as contacts let it. Its direction changes with
 //! the contacts, and the answer reports those that hold it.
 
@@ -87,7 +87,7 @@ impl Proxy {
             let Some(length) = self.step(aimed, anchor, (distance, radius), evaluator) else { return };
             let share = proved(context, aimed, (&start, &self.target), evaluator);
             if share < 1.0 && has_moved {
-                // The straight way from the start is not proved; the next frame goes on from here.
+                // The straight segment from the start is not proved; the next frame goes on from here.
                 return;
             }
             self.go(context, (&start, share), evaluator);
@@ -132,7 +132,7 @@ impl Proxy {
         (length > TOLERANCE_SHARE * TOLERANCE_SHARE * distance).then_some(length)
     }
 
-    /// Moves by the proved share of the straight way from `start` to the target.
+    /// Moves by the proved share of the straight segment from `start` to the target.
     fn go(&mut self, context: &Context, (start, share): (&[f64], f64), evaluator: &mut Evaluator) {
         if share >= 1.0 {
             self.config.copy_from_slice(&self.target);
@@ -147,7 +147,7 @@ impl Proxy {
     }
 }
 
-/// Returns the share of a straight way that is proved free.
+/// Returns the share of a straight segment that is proved free.
 fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), evaluator: &mut Evaluator) -> f64 {
     let options = SegmentOptions { resolution: 0.5 * (aimed.clearance - context.clearance) };
     evaluator.checks += 1;

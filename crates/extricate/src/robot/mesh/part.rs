@@ -49,7 +49,7 @@ struct Boundary {
     is_repeated: bool,
 }
 
-/// Which triangles had to be reversed to face outward.
+/// The triangles that had to be reversed to face outward.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Turned {
     None,

@@ -56,7 +56,7 @@ pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnin
     parse_within(file, text, &wanted, load_mesh, warnings)
 }
 
-/// Which parts of a URDF to read, within which limits.
+/// Parts of a URDF to read, and limits on its size.
 pub struct Wanted<'a> {
     /// The elements that give links their shapes.
     pub shapes: Shapes,
