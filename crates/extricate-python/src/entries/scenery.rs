@@ -93,8 +93,8 @@ fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> 
 
 #[pymethods]
 impl Scene {
-    /// Tells the points that are not the robot's own: those that no link comes nearer to than `padding` at a
-    /// configuration.
+    /// Tells the points that are not the robot's own: those that no link comes nearer to than
+    /// `padding` at a configuration.
     ///
     /// points: float64 (n, 3) [m], in the world, such as a camera sees them.
     /// q: float64 (nq,), within the limits: where the robot stood when they were seen.

@@ -17,7 +17,8 @@ use crate::queries::options::{Asked, Call};
 /// Queries that follow each other closely: each is warm-started from the one before. Made by
 /// `Solver.stream`, `Scene.stream` and `Model.stream`.
 ///
-/// Has a memory: its answers depend on the frames before. Threads that share one wait for each other.
+/// Has a memory: its answers depend on the frames before. Threads that share one wait for each
+/// other.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Stream {
     /// The solver that made the stream.

@@ -1,10 +1,10 @@
 //! Grasps: finds the nearest configuration of a hand at which no finger penetrates the object and
 //! the hand still holds it, and measures how well.
 //!
-//! Read `hand` (which bodies and joints are fingers), `options` and `release` (the steps) first. The
-//! steps use `opening` (on which side of the object a finger is) and `grip` (which links touch).
-//! Then come `report`, `quality` and `wrench_hull` (how well the object is held), `weights` (of a
-//! floating base) and `batch` (many grasps of many objects).
+//! Read `hand` (which bodies and joints are fingers), `options` and `release` (the steps) first.
+//! The steps use `opening` (on which side of the object a finger is) and `grip` (which links
+//! touch). Then come `report`, `quality` and `wrench_hull` (how well the object is held), `weights`
+//! (of a floating base) and `batch` (many grasps of many objects).
 
 mod batch;
 mod grip;
