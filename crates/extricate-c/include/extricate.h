@@ -1,5 +1,5 @@
 /* The C interface of extricate. Written by cbindgen from crates/extricate-c/src/abi, do not edit:
- * UPDATE_HEADER=1 cargo test -p extricate-c header
+ * UPDATE_HEADER=1 cargo test -p extricate-c --test header
  *
  * Every function that can fail returns an ExtricateStatus. If that is not EXTRICATE_OK,
  * extricate_last_error() says what is wrong. Handles belong to the caller, who frees each of them

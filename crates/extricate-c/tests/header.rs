@@ -1,5 +1,5 @@
 //! Checks that `include/extricate.h` is what cbindgen makes of the sources. Write it anew with
-//! `UPDATE_HEADER=1 cargo test -p extricate-c header`.
+//! `UPDATE_HEADER=1 cargo test -p extricate-c --test header`.
 
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 //! The method is that of H. Tian, X. Zhang, C. Wang, J. Pan and D. Manocha, "Efficient global
 //! penetration depth computation for articulated models", Computer-Aided Design 70, 2016.
 //! A classifier of the obstacle region chooses the configurations to label. Its boundary is sampled
-//! densely, and the nearest sample is the answer. Added to it are solved samples: exits of colliding
+//! densely, and the nearest sample is the answer. Added are solved samples: exits of colliding
 //! configurations, with their contact planes.
 
 use std::ops::ControlFlow;

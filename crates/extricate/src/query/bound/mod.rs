@@ -134,8 +134,7 @@ fn raise(
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
         context.metric.motion_of(poses, &point, path);
         let mut low = (start, path.bound(start));
-        // The ball is too shallow to raise the bound, even if its centre moves as little as a point
-        // inside the solid.
+        // Even if its centre moves as little as a point of the solid, the ball is too shallow.
         if most <= low.1 {
             continue;
         }

@@ -87,7 +87,7 @@ impl Proxy {
             let Some(length) = self.step(aimed, anchor, (distance, radius), evaluator) else { return };
             let share = proved(context, aimed, (&start, &self.target), evaluator);
             if share < 1.0 && has_moved {
-                // The straight segment from the start is not proved; the next frame goes on from here.
+                // The segment from the start is not proved; the next frame goes on from here.
                 return;
             }
             self.go(context, (&start, share), evaluator);
