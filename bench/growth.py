@@ -3,7 +3,7 @@
 
     python3 bench/growth.py [--queries 100] [--program DIR] [--only joints|points|triangles|boxes] [--write]
 
-Draws its own scenes: planar-twisted chains of 6 to 60 joints among boxes, and an arm of six joints beside a cloud of 100 to 100,000 points, a torus of 100 to
+Draws its own scenes: chains of 6 to 60 joints among boxes, and an arm of six joints beside a cloud of 100 to 100,000 points, a torus of 100 to
 100,000 triangles, or 1 to 1,000 boxes. Every scene gets the same number of random colliding queries, without a model, on one thread. Times are processor time; compare the
 rows of one run alone.
 """
@@ -134,7 +134,8 @@ def main():
             lines.append(f"| {name} | {size:,} | {sum(checks) / len(checks):.1f} | {median:.2f} | {times[int(0.95 * len(times))]:.2f} | {times[-1]:.2f} | {median / first:.1f} |")
             print(lines[-1], flush=True)
     if options.write:
-        put("query.md", "growth", "\n".join(lines))
+        about = f"{options.queries} random colliding queries of each scene, no model, one thread. `bench/growth.py` draws the scenes."
+        put(ROOT / "docs" / "benchmarks" / "query.md", "bench/growth.py", "## Growth, drawn scenes\n\n" + about + "\n\n" + "\n".join(lines), "Queries, measured")
 
 
 if __name__ == "__main__":

@@ -47,6 +47,7 @@ pub use context::{Context, Held, Stored};
 pub(crate) use nearest_exit::nearest_exit_under;
 pub use nearest_exit::{nearest_exit, query};
 pub use options::{DEFAULT_GAP, Effort, QueryOptions, REFINED_GAP, Toward};
+pub(crate) use qp::{Qp, QpOutcome};
 pub use record::{AnswerRecord, ContactRecord, ExitRecord};
 pub use search::scratch::QueryScratch;
 pub(crate) use termination::Deadline;

@@ -81,6 +81,47 @@ fn another_library_finds_every_edge_free() {
     assert!(edges >= wanted, "{edges}");
 }
 
+/// A square peg goes into a blind hole of 1.3 times its width, three peg widths deep: straight edges
+/// hardly ever come out there, slides along its walls do.
+#[test]
+fn a_peg_slides_into_a_hole() {
+    const RATIO: f64 = 1.3;
+    let (width, depth, size) = (0.04, 0.12, 0.5);
+    let (hole, wall) = (width * RATIO, 0.5 * (size - width * RATIO));
+    let (off, middle) = (0.5 * (hole + wall), -0.5 * depth);
+    let walls = [
+        ([wall, size, depth], [-off, 0.0, middle]),
+        ([wall, size, depth], [off, 0.0, middle]),
+        ([hole, wall, depth], [0.0, -off, middle]),
+        ([hole, wall, depth], [0.0, off, middle]),
+        ([size, size, 0.02], [0.0, 0.0, -depth - 0.01]),
+    ];
+    let mut toml = String::from(
+        "clearance = 1e-4\nmetric = { kind = \"object-norm\" }\n[[robot]]\nurdf = \"peg.urdf\"\nbase = \"floating\"\n\
+         bounds = { min = [-0.25, -0.25, -0.15], max = [0.25, 0.25, 0.35] }\n",
+    );
+    for (number, (size, place)) in walls.iter().enumerate() {
+        toml += &format!(
+            "[[obstacle]]\nname = \"wall_{number}\"\nshape = {{ box = {size:?} }}\npose = {{ xyz = {place:?} }}\n"
+        );
+    }
+    let peg = crate::memory::collision([0.0; 3], [0.0; 3], &format!("<box size=\"{width} {width} 0.16\"/>"));
+    let urdf = format!("<robot name=\"peg\"><link name=\"peg\">{peg}</link></robot>");
+    let world = Solver::new(crate::memory::scene(&toml, &[("peg.urdf", urdf)]));
+    let space = world.scene().space();
+    let from = [0.1, 0.08, 0.2, 0.25801448, 0.23094654, 0.08186639, 0.93455343];
+    let to = [0.0, 0.0, -0.036, 0.0, 0.0, 0.0, 1.0];
+    let [from, to] = [from, to].map(|q| space.config(&q).unwrap());
+    let mut judge = Judge { world: &world, recheck: Recheck::new(world.scene()), edges: 0 };
+    for seed in 0..3 {
+        let termination = Termination::after_checks(60_000);
+        let options = PlanOptions::default().seed(seed).termination(termination).threads(1);
+        let plan = world.plan(&from, &to, &options).unwrap();
+        assert!(plan.is_found(), "seed {seed}: {} checks", plan.checks);
+        judge.judge(&plan.points, 0);
+    }
+}
+
 /// Returns the first configuration with this label in the random sequence of this seed.
 fn nth(world: &Solver, label: Label, number: u64) -> Config {
     use rand::SeedableRng;

@@ -18,6 +18,7 @@ pub mod repair;
 pub mod roadmap;
 mod rrt_connect;
 mod shortcut;
+mod slide;
 #[cfg(test)]
 mod testing;
 

@@ -46,11 +46,6 @@ impl<'a> Nodes<'a> {
         index
     }
 
-    /// Returns the node nearest to `q`; `None` if there are none.
-    pub fn nearest(&self, q: &[f64]) -> Option<usize> {
-        self.near(q, 1).first().copied()
-    }
-
     /// Returns the `count` nodes nearest to `q`, nearest first.
     pub fn near(&self, q: &[f64], count: usize) -> Vec<usize> {
         let point = self.embedded(q);
@@ -78,7 +73,7 @@ mod tests {
         let (metric, space) = (solver.metric(), &solver.scene().space);
         let (mut nodes, halton) = (Nodes::new(metric), Halton::new(space.nv(), 4));
         let mut q = vec![0.0; space.nq()];
-        assert_eq!(nodes.nearest(&q), None);
+        assert!(nodes.near(&q, 1).is_empty());
         for index in 0..300 {
             halton.config(space, index, &mut q);
             assert_eq!(nodes.push(&q), index as usize);

@@ -1,6 +1,8 @@
 //! Labels configurations and proves edges in one set, and counts checks until a budget is spent.
 
-use crate::collision::{CheckScratch, Checker, SegmentBudget, SegmentOptions, SegmentOutcome, prove};
+use crate::collision::{
+    CheckScratch, Checker, Contact, ContactQuery, SegmentBudget, SegmentOptions, SegmentOutcome, prove,
+};
 use crate::cspace::Label;
 use crate::query::{Deadline, Termination};
 
@@ -72,6 +74,13 @@ impl<'a> Prover<'a> {
             SegmentOutcome::Free => 1.0,
             SegmentOutcome::Contact { free_until, .. } | SegmentOutcome::Undecided { free_until, .. } => free_until,
         }
+    }
+
+    /// Writes the contacts of a configuration; [`Prover::scratch`] then has its poses.
+    pub fn contacts(&mut self, q: &[f64], query: ContactQuery, contacts: &mut Vec<Contact>) {
+        self.checks += 1;
+        contacts.clear();
+        self.checker.contacts(q, query, &mut self.scratch, contacts);
     }
 
     /// Memory of the checker, for other evaluations by it.

@@ -1,10 +1,21 @@
-//! Two trees that grow toward each other by proved edges.
+//! Two trees that grow toward each other by proved edges, straight or along contacts.
 
 use rand_chacha::ChaCha8Rng;
 
 use super::nodes::Nodes;
 use super::prover::Prover;
+use super::slide::Slider;
 use crate::metric::Metric;
+
+/// Steps of a slide toward a sample; three times as many lead toward the other tree.
+const SLIDE_STEPS: usize = 40;
+/// Longest step of a slide, as a share of the longest edge. With half or twice as much a peg in a
+/// hole of 1.05 times its width takes 1.5 to 3 times the checks.
+const SLIDE_STEP_SHARE: f64 = 0.2;
+/// A node failed if the tree comes nearer by less than this share of a slide's longest step.
+const STUCK_SHARE: f64 = 0.2;
+/// Nearest nodes among which the one that failed least for its distance grows.
+const CANDIDATES: usize = 16;
 
 /// Draws a configuration to grow toward.
 pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
@@ -14,19 +25,24 @@ pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 /// # Source
 /// J. J. Kuffner and S. M. LaValle, "RRT-Connect: an efficient approach to single-query path
 /// planning", ICRA 2000, doi:10.1109/ROBOT.2000.844730. Deviations: edges are proved instead of
-/// sampled, and either tree may have several roots.
+/// sampled, and slide along contacts if they are not straight; either tree may have several roots;
+/// a node that failed is chosen less.
 pub struct RrtConnect<'a> {
     trees: [Tree<'a>; 2],
     /// Index of the tree that grows next.
     grows: usize,
     /// Longest edge, in metric units.
     range: f64,
+    slider: Slider<'a>,
+    /// Whether nothing was grown yet.
+    is_new: bool,
 }
 
 impl<'a> RrtConnect<'a> {
     /// Takes the roots of both trees, all in the set in which they are to grow.
     pub fn new(metric: &'a Metric, roots: [&[Vec<f64>]; 2], range: f64) -> Self {
-        Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range }
+        let slider = Slider::new(metric, SLIDE_STEP_SHARE * range);
+        Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range, slider, is_new: true }
     }
 
     /// Grows until the trees meet: returns a path in the prover's set, from one of the first roots
@@ -38,18 +54,24 @@ impl<'a> RrtConnect<'a> {
     pub fn grow(&mut self, prover: &mut Prover, sample: &mut Sample, rng: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
         let mut target = vec![0.0; prover.checker.scene().space.nq()];
         while !prover.is_spent() {
-            sample(rng, &mut target);
             let grows = self.grows;
             self.grows = 1 - grows;
-            let Some((new, _)) = self.trees[grows].extend(prover, &target, self.range) else { continue };
-            let goal = self.trees[grows].nodes.config(new).to_vec();
-            while let Some((met, is_there)) = self.trees[1 - grows].extend(prover, &goal, self.range) {
-                if is_there {
-                    return Some(self.joined(if grows == 0 { [new, met] } else { [met, new] }));
-                }
-                if prover.is_spent() {
-                    break;
-                }
+            if self.is_new {
+                target.copy_from_slice(self.trees[1 - grows].nodes.config(0));
+            } else {
+                sample(rng, &mut target);
+            }
+            let grown = self.trees[grows].grow(prover, &mut self.slider, &target, (self.range, 1), SLIDE_STEPS);
+            let is_first = std::mem::replace(&mut self.is_new, false);
+            if grown.is_stuck && !is_first {
+                continue;
+            }
+            let goal = self.trees[grows].nodes.config(grown.node).to_vec();
+            let other = &mut self.trees[1 - grows];
+            let met = other.grow(prover, &mut self.slider, &goal, (self.range, usize::MAX), 3 * SLIDE_STEPS);
+            if met.is_there {
+                let (new, met) = (grown.node, met.node);
+                return Some(self.joined(if grows == 0 { [new, met] } else { [met, new] }));
             }
         }
         None
@@ -76,9 +98,19 @@ impl<'a> RrtConnect<'a> {
     }
 }
 
+/// Result of growing a tree toward a target.
+struct Grown {
+    node: usize,
+    is_there: bool,
+    /// Whether no node was added.
+    is_stuck: bool,
+}
+
 struct Tree<'a> {
     nodes: Nodes<'a>,
     parents: Vec<Option<usize>>,
+    /// How often each node was chosen and came hardly nearer.
+    failures: Vec<u32>,
 }
 
 impl<'a> Tree<'a> {
@@ -87,27 +119,60 @@ impl<'a> Tree<'a> {
         roots.iter().for_each(|root| {
             nodes.push(root);
         });
-        Self { nodes, parents: vec![None; roots.len()] }
+        Self { nodes, parents: vec![None; roots.len()], failures: vec![0; roots.len()] }
     }
 
-    /// Adds an edge from the nearest node toward `target`, at most `range` long. Returns its end
-    /// and whether that is at the target; `None` if the edge is not proved.
-    fn extend(&mut self, prover: &mut Prover, target: &[f64], range: f64) -> Option<(usize, bool)> {
-        let near = self.nodes.nearest(target)?;
-        let from = self.nodes.config(near);
-        let distance = self.nodes.metric().distance(from, target);
-        if distance <= 0.0 {
-            return Some((near, true));
+    /// Grows from a node near `target` toward it: by up to `straight` proved edges, at most `range`
+    /// long, then along contacts.
+    fn grow(
+        &mut self,
+        prover: &mut Prover,
+        slider: &mut Slider,
+        target: &[f64],
+        (range, straight): (f64, usize),
+        most_steps: usize,
+    ) -> Grown {
+        let metric = self.nodes.metric();
+        let near = self.node_near(target);
+        let (mut last, mut from) = (near, self.nodes.config(near).to_vec());
+        let begun = metric.distance(&from, target);
+        let (mut distance, mut edges) = (begun, 0);
+        while distance > 0.0 && edges < straight {
+            let mut to = target.to_vec();
+            if distance > range {
+                prover.checker.scene().space.interpolate(&from, target, range / distance, &mut to);
+            }
+            if prover.is_spent() || !prover.proves(&from, &to) {
+                break;
+            }
+            last = self.push(&to, last);
+            distance = if distance > range { metric.distance(&to, target) } else { 0.0 };
+            (from, edges) = (to, edges + 1);
         }
-        let mut to = target.to_vec();
-        if distance > range {
-            prover.checker.scene().space.interpolate(from, target, range / distance, &mut to);
+        let mut is_there = distance <= 0.0;
+        if !is_there && edges < straight {
+            is_there = slider.slide(prover, &from, target, most_steps, &mut |q| last = self.push(q, last));
+            distance = metric.distance(self.nodes.config(last), target);
         }
-        if !prover.proves(from, &to) {
-            return None;
-        }
-        self.parents.push(Some(near));
-        Some((self.nodes.push(&to), distance <= range))
+        self.failures[near] += u32::from(begun - distance < STUCK_SHARE * SLIDE_STEP_SHARE * range);
+        Grown { node: last, is_there, is_stuck: last == near }
+    }
+
+    /// Returns the node with the least distance to `target` times the root of one more than its
+    /// failures: else a node that is stuck would be tried again and again.
+    fn node_near(&self, target: &[f64]) -> usize {
+        let weighted = |node: &usize| {
+            let distance = self.nodes.metric().distance(self.nodes.config(*node), target);
+            distance * f64::from(1 + self.failures[*node]).sqrt()
+        };
+        let near = self.nodes.near(target, CANDIDATES).into_iter();
+        near.min_by(|a, b| weighted(a).total_cmp(&weighted(b))).expect("trees have roots")
+    }
+
+    fn push(&mut self, q: &[f64], parent: usize) -> usize {
+        self.parents.push(Some(parent));
+        self.failures.push(0);
+        self.nodes.push(q)
     }
 
     /// Returns the configurations of a node, its parent and so on to the root.

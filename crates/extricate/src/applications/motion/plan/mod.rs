@@ -22,8 +22,8 @@ use crate::error::{Error, Result};
 use crate::query::{Context, Deadline};
 use crate::solver::Solver;
 
-/// Checks of the trees in the first round; open scenes need a tenth.
-const FIRST_ROUND_CHECKS: usize = 2_000;
+/// Checks of the trees in the first round: open scenes need a hundredth, pegs in tight holes all.
+const FIRST_ROUND_CHECKS: usize = 30_000;
 /// Checks of the roadmap for each check of the trees: what trees find at all, they find early.
 const ROADMAP_CHECKS_PER_TREE_CHECK: usize = 4;
 /// Maximum checks of one batch of the roadmap: only the next batch knows what it found.
