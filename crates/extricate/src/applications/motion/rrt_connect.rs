@@ -33,7 +33,8 @@ pub struct RrtConnect<'a> {
     grows: usize,
     /// Longest edge, in metric units.
     range: f64,
-    slider: Slider<'a>,
+    /// For edges along contacts; `None` if only straight ones are tried.
+    slider: Option<Slider<'a>>,
     /// Whether nothing was grown yet.
     is_new: bool,
 }
@@ -41,8 +42,14 @@ pub struct RrtConnect<'a> {
 impl<'a> RrtConnect<'a> {
     /// Takes the roots of both trees, all in the set in which they are to grow.
     pub fn new(metric: &'a Metric, roots: [&[Vec<f64>]; 2], range: f64) -> Self {
-        let slider = Slider::new(metric, SLIDE_STEP_SHARE * range);
-        Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range, slider, is_new: true }
+        Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range, slider: None, is_new: true }
+    }
+
+    /// Lets edges slide along contacts too. That finds into tight holes; where the trees have but a
+    /// few hundred checks, as in gaps of repairs, straight edges find more.
+    pub fn sliding(mut self) -> Self {
+        self.slider = Some(Slider::new(self.trees[0].nodes.metric(), SLIDE_STEP_SHARE * self.range));
+        self
     }
 
     /// Grows until the trees meet: returns a path in the prover's set, from one of the first roots
@@ -56,19 +63,20 @@ impl<'a> RrtConnect<'a> {
         while !prover.is_spent() {
             let grows = self.grows;
             self.grows = 1 - grows;
-            if self.is_new {
+            // A slide to the other root may lead all the way; a straight edge was tried before.
+            let is_first = self.slider.is_some() && std::mem::replace(&mut self.is_new, false);
+            if is_first {
                 target.copy_from_slice(self.trees[1 - grows].nodes.config(0));
             } else {
                 sample(rng, &mut target);
             }
-            let grown = self.trees[grows].grow(prover, &mut self.slider, &target, (self.range, 1), SLIDE_STEPS);
-            let is_first = std::mem::replace(&mut self.is_new, false);
+            let grown = self.trees[grows].grow(prover, self.slider.as_mut(), &target, (self.range, 1), SLIDE_STEPS);
             if grown.is_stuck && !is_first {
                 continue;
             }
             let goal = self.trees[grows].nodes.config(grown.node).to_vec();
             let other = &mut self.trees[1 - grows];
-            let met = other.grow(prover, &mut self.slider, &goal, (self.range, usize::MAX), 3 * SLIDE_STEPS);
+            let met = other.grow(prover, self.slider.as_mut(), &goal, (self.range, usize::MAX), 3 * SLIDE_STEPS);
             if met.is_there {
                 let (new, met) = (grown.node, met.node);
                 return Some(self.joined(if grows == 0 { [new, met] } else { [met, new] }));
@@ -127,13 +135,13 @@ impl<'a> Tree<'a> {
     fn grow(
         &mut self,
         prover: &mut Prover,
-        slider: &mut Slider,
+        slider: Option<&mut Slider>,
         target: &[f64],
         (range, straight): (f64, usize),
         most_steps: usize,
     ) -> Grown {
         let metric = self.nodes.metric();
-        let near = self.node_near(target);
+        let near = self.node_near(target, if slider.is_some() { CANDIDATES } else { 1 });
         let (mut last, mut from) = (near, self.nodes.config(near).to_vec());
         let begun = metric.distance(&from, target);
         let (mut distance, mut edges) = (begun, 0);
@@ -150,7 +158,7 @@ impl<'a> Tree<'a> {
             (from, edges) = (to, edges + 1);
         }
         let mut is_there = distance <= 0.0;
-        if !is_there && edges < straight {
+        if let Some(slider) = slider.filter(|_| !is_there && edges < straight) {
             is_there = slider.slide(prover, &from, target, most_steps, &mut |q| last = self.push(q, last));
             distance = metric.distance(self.nodes.config(last), target);
         }
@@ -158,14 +166,14 @@ impl<'a> Tree<'a> {
         Grown { node: last, is_there, is_stuck: last == near }
     }
 
-    /// Returns the node with the least distance to `target` times the root of one more than its
-    /// failures: else a node that is stuck would be tried again and again.
-    fn node_near(&self, target: &[f64]) -> usize {
+    /// Returns that of the nearest nodes with the least distance to `target` times the root of one
+    /// more than its failures: else a node that is stuck would be tried again and again.
+    fn node_near(&self, target: &[f64], candidates: usize) -> usize {
         let weighted = |node: &usize| {
             let distance = self.nodes.metric().distance(self.nodes.config(*node), target);
             distance * f64::from(1 + self.failures[*node]).sqrt()
         };
-        let near = self.nodes.near(target, CANDIDATES).into_iter();
+        let near = self.nodes.near(target, candidates).into_iter();
         near.min_by(|a, b| weighted(a).total_cmp(&weighted(b))).expect("trees have roots")
     }
 

@@ -38,6 +38,8 @@ const REACH_FACTOR: f64 = 1.3;
 /// point. With three times as much, a peg in a hole of 1.05 times its width takes 2 to 4 times the
 /// checks.
 const ROOM_SHARE: f64 = 0.03;
+/// Share of the room, or of the play at a step's start if that is less, that its end has to keep.
+const END_PLAY_SHARE: f64 = 0.3;
 /// A step shorter than this share of the longest is none.
 const ZERO_STEP_SHARE: f64 = 1e-3;
 /// A proved share below the first shortens the next step; below the second nothing is kept.
@@ -143,15 +145,59 @@ impl<'a> Slider<'a> {
         let checker = prover.checker;
         let (scene, clearance) = (checker.scene(), checker.base_clearance());
         let (space, nv) = (&scene.space, scene.space.nv());
+        let margin = clearance + 2.0 * self.room + REACH_FACTOR * length * self.metric.lever();
+        let query = ContactQuery { margin, search: ContactSearch::Exact };
+        prover.contacts(q, query, &mut self.contacts);
+        let nearest = self.contacts.iter().map(|contact| contact.distance).fold(margin, f64::min);
+        let play = (nearest - clearance).max(0.0);
+        self.begin(prover, q, target, length);
+        for _ in 0..MAX_CUTS {
+            if self.qp.solve(&self.quadratic.hessian, &self.quadratic.gradient, f64::INFINITY) == QpOutcome::Infeasible
+            {
+                return None;
+            }
+            self.solution.clear();
+            self.solution.extend_from_slice(&self.qp.step[..nv]);
+            let mut moved = self.quadratic.tensor.length(&self.solution);
+            if moved > REACH_FACTOR * length {
+                let share = REACH_FACTOR * length / moved;
+                self.solution.iter_mut().for_each(|x| *x *= share);
+                moved *= share;
+            }
+            if moved < ZERO_STEP_SHARE * self.step {
+                return None;
+            }
+            space.integrate(q, &self.solution, next);
+            prover.contacts(next, query, &mut self.contacts);
+            let least = self.contacts.iter().map(|contact| contact.distance).fold(margin, f64::min);
+            if least >= clearance + END_PLAY_SHARE * self.room.min(play) {
+                return Some(moved);
+            }
+            self.twists.set(scene, prover.scratch().poses());
+            for contact in self.contacts.iter().filter(|contact| contact.distance - clearance < self.room) {
+                self.row.clear();
+                self.row.resize(nv, 0.0);
+                contact.add_gradient(scene, &self.twists, &mut self.row);
+                // The row is linearised at the end of the step.
+                let wanted = self.room.min(0.5 * play) - (contact.distance - clearance);
+                self.qp.push(wanted + dot(&self.row, &self.solution))[..nv].copy_from_slice(&self.row);
+            }
+        }
+        None
+    }
+
+    /// Sets up the quadratic program of a step: toward `target` by `length`, along the contacts that
+    /// were found at `q`, within the limits.
+    fn begin(&mut self, prover: &mut Prover, q: &[f64], target: &[f64], length: f64) {
+        let checker = prover.checker;
+        let (scene, clearance) = (checker.scene(), checker.base_clearance());
+        let (space, nv) = (&scene.space, scene.space.nv());
         let distance = self.metric.distance(q, target);
         let mut aim = target.to_vec();
         if distance > length {
             space.interpolate(q, target, length / distance, &mut aim);
         }
         self.metric.anchor(&aim, &mut self.anchor);
-        let margin = clearance + 2.0 * self.room + REACH_FACTOR * length * self.metric.lever();
-        let query = ContactQuery { margin, search: ContactSearch::Exact };
-        prover.contacts(q, query, &mut self.contacts);
         let poses = prover.scratch().poses();
         self.metric.quadratic_model(&self.anchor, q, poses, &mut self.quadratic);
         self.twists.set(scene, poses);
@@ -174,52 +220,11 @@ impl<'a> Slider<'a> {
         for (row, bound) in self.quadratic.rows.chunks_exact(self.quadratic.unknowns).zip(&self.quadratic.bounds) {
             self.qp.push(*bound).copy_from_slice(row);
         }
-        let mut nearest = margin;
         for contact in &self.contacts {
             let play = contact.distance - clearance;
-            nearest = nearest.min(contact.distance);
             // In any play there is a step that keeps half of it.
-            contact.add_gradient(
-                scene,
-                &self.twists,
-                &mut self.qp.push(self.room.min(0.5 * play.max(0.0)) - play)[..nv],
-            );
+            let row = self.qp.push(self.room.min(0.5 * play.max(0.0)) - play);
+            contact.add_gradient(scene, &self.twists, &mut row[..nv]);
         }
-        let play = (nearest - clearance).max(0.0);
-        for _ in 0..MAX_CUTS {
-            if self.qp.solve(&self.quadratic.hessian, &self.quadratic.gradient, f64::INFINITY) == QpOutcome::Infeasible
-            {
-                return None;
-            }
-            self.solution.clear();
-            self.solution.extend_from_slice(&self.qp.step[..nv]);
-            let mut moved = self.quadratic.tensor.length(&self.solution);
-            if moved > REACH_FACTOR * length {
-                let share = REACH_FACTOR * length / moved;
-                self.solution.iter_mut().for_each(|x| *x *= share);
-                moved *= share;
-            }
-            if moved < ZERO_STEP_SHARE * self.step {
-                return None;
-            }
-            space.integrate(q, &self.solution, next);
-            prover.contacts(next, query, &mut self.contacts);
-            let least = self.contacts.iter().map(|contact| contact.distance).fold(margin, f64::min);
-            if least >= clearance + (0.3 * self.room).min(0.3 * play) {
-                return Some(moved);
-            }
-            self.twists.set(scene, prover.scratch().poses());
-            for contact in &self.contacts {
-                let left = contact.distance - clearance;
-                if left < self.room {
-                    self.row.clear();
-                    self.row.resize(nv, 0.0);
-                    contact.add_gradient(scene, &self.twists, &mut self.row);
-                    let bound = self.room.min(0.5 * play) - left + dot(&self.row, &self.solution);
-                    self.qp.push(bound)[..nv].copy_from_slice(&self.row);
-                }
-            }
-        }
-        None
     }
 }

@@ -156,7 +156,8 @@ impl Planner<'_> {
             metric,
             [std::slice::from_ref(&from), std::slice::from_ref(&to)],
             MAX_EDGE_SHARE * metric.diameter(),
-        );
+        )
+        .sliding();
         let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
         let mut round = FIRST_ROUND_CHECKS;
         loop {
