@@ -81,8 +81,8 @@ fn another_library_finds_every_edge_free() {
     assert!(edges >= wanted, "{edges}");
 }
 
-/// A square peg goes into a blind hole of 1.3 times its width, three peg widths deep: straight edges
-/// hardly ever come out there, slides along its walls do.
+/// A square peg goes into a blind hole of 1.3 times its width, three peg widths deep: straight
+/// edges hardly ever come out there, slides along its walls do.
 #[test]
 fn a_peg_slides_into_a_hole() {
     const RATIO: f64 = 1.3;

@@ -39,7 +39,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("solver", &["model", "query", "collision", "metric", "scene", "cspace", "robot", "error"]),
     (
         "applications",
-        &["solver", "query", "collision", "metric", "scene", "cspace", "robot", "math", "interface", "error"],
+        &[
+            "solver",
+            "query",
+            "collision",
+            "metric",
+            "kinematics",
+            "scene",
+            "cspace",
+            "robot",
+            "math",
+            "interface",
+            "error",
+        ],
     ),
     (
         "io",

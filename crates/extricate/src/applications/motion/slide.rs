@@ -1,9 +1,9 @@
 //! A local planner that slides along contacts, every piece of it proved.
 //!
-//! A straight edge into a tight place hardly ever comes out: contacts turn it aside. A slide follows
-//! them: each step goes toward the target as far as linearised contacts allow. If a contact of the
-//! step's end is too near, it joins them and the step is taken anew. The step is then proved, and
-//! its free part kept.
+//! A straight edge into a tight place hardly ever comes out: contacts turn it aside. A slide
+//! follows them: each step goes toward the target as far as linearised contacts allow. If a contact
+//! of the step's end is too near, it joins them and the step is taken anew. The step is then
+//! proved, and its free part kept.
 //!
 //! # Source
 //! L. Zhang and D. Manocha, "An efficient retraction-based RRT planner", ICRA 2008,
@@ -83,7 +83,8 @@ impl<'a> Slider<'a> {
     }
 
     /// Slides from `from`, which is in the prover's set, toward `target`, by at most `most_steps`
-    /// steps. Calls `each` with every configuration reached; returns whether the last is the target.
+    /// steps. Calls `each` with every configuration reached; returns whether the last is the
+    /// target.
     ///
     /// # Guarantee
     /// The edges between successive configurations are proved to lie in the prover's set.
@@ -186,8 +187,8 @@ impl<'a> Slider<'a> {
         None
     }
 
-    /// Sets up the quadratic program of a step: toward `target` by `length`, along the contacts that
-    /// were found at `q`, within the limits.
+    /// Sets up the quadratic program of a step: toward `target` by `length`, along the contacts
+    /// that were found at `q`, within the limits.
     fn begin(&mut self, prover: &mut Prover, q: &[f64], target: &[f64], length: f64) {
         let checker = prover.checker;
         let (scene, clearance) = (checker.scene(), checker.base_clearance());
