@@ -176,7 +176,7 @@ typedef struct ExtricateObstacle {
     struct ExtricatePose pose;
 } ExtricateObstacle;
 
-// What is asked of a query. extricate_options_init() fills in the defaults; set what differs then.
+// Options of a query. extricate_options_init() fills in the defaults; set what differs then.
 // Any number but 0 counts as 1 in a member that is 0 or 1.
 typedef struct ExtricateOptions {
     // How hard to try: EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED;
@@ -534,7 +534,7 @@ const double *extricate_answer_witness(const struct ExtricateAnswer *answer);
 const double *extricate_answer_gradient(const struct ExtricateAnswer *answer);
 
 // Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
-// told: returns how many, and points to them.
+// reported: returns how many, and points to them.
 size_t extricate_answer_colliding(const struct ExtricateAnswer *answer,
                                   const struct ExtricatePair **pairs);
 
@@ -550,7 +550,7 @@ size_t extricate_answer_outside(const struct ExtricateAnswer *answer, const size
 size_t extricate_answer_contacts(const struct ExtricateAnswer *answer,
                                  const struct ExtricateContact **contacts);
 
-// The distinct exits, nearest first, if more than one was asked for: returns how many, and writes
+// The distinct exits, nearest first, if more than one was requested: returns how many, and writes
 // where they are.
 size_t extricate_answer_exits(const struct ExtricateAnswer *answer,
                               const struct ExtricateExit **exits);
