@@ -5,7 +5,7 @@ use super::search::{LEAST_RESOLUTION, MIN_STRETCH_SHARE, Search, SegmentBudget};
 use super::stretches::Stretch;
 use crate::collision::checker::{CheckScratch, Checker};
 
-/// Result of a proof.
+/// Whether a segment was proved free, and how many checks that took.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Proved {
     /// Whether every configuration of the segment is proved free.

@@ -8,7 +8,7 @@ use crate::samples::contact_planes::Planes;
 pub struct Start<'a> {
     /// The configuration; it may collide.
     pub config: &'a [f64],
-    /// Contact planes of a free configuration, if known; the first step then evaluates no contacts.
+    /// Contact planes of the free sample that the start was made from, if known.
     pub planes: Option<Planes<'a>>,
     /// Whether the planes cover all near contacts. If not, they can only prune the start, and the
     /// first step evaluates contacts.

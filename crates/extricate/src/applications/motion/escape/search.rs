@@ -37,8 +37,8 @@ impl Search<'_> {
         Some(answer)
     }
 
-    /// Extends the path toward the aimed clearance: by a proved edge to what keeps as much of it as
-    /// is kept near its end.
+    /// If the end of the path does not keep the aimed clearance, appends a configuration nearby that
+    /// keeps as much of it as is found, provided that the edge there is proved.
     pub fn raised(&mut self, mut path: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let (context, aim) = (self.context, self.aim());
         let Some(exit) = path.last().cloned() else { return path };
