@@ -32,8 +32,8 @@ pub fn run(search: &mut Search) {
     ask(search, Source::Around);
 }
 
-/// Takes any exit, however far. The search may exceed the budget for it, since without an exit there
-/// is no answer.
+/// Takes any exit, however far. The search may exceed the budget for it, since without an exit
+/// there is no answer.
 fn find_any(search: &mut Search) {
     if search.context.locked.is_empty() && search.known.looks_anywhere {
         take_stored(search);

@@ -37,8 +37,8 @@ impl Search<'_> {
         Some(answer)
     }
 
-    /// If the end of the path does not keep the aimed clearance, appends a configuration nearby that
-    /// keeps as much of it as is found, provided that the edge there is proved.
+    /// If the end of the path does not keep the aimed clearance, appends a configuration nearby
+    /// that keeps as much of it as is found, provided that the edge there is proved.
     pub fn raised(&mut self, mut path: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let (context, aim) = (self.context, self.aim());
         let Some(exit) = path.last().cloned() else { return path };
