@@ -14,11 +14,11 @@ use super::robots::Robot;
 
 #[derive(Debug, Clone)]
 pub enum Shape {
-    /// Full side lengths.
+    /// A box by its full side lengths \[m\].
     Box([f64; 3]),
     /// Radius and length, along z.
     Cylinder([f64; 2]),
-    /// The mesh itself.
+    /// A mesh as it is, not its hull.
     Mesh(TriangleMesh),
     /// The convex hull of the mesh.
     Hull(TriangleMesh),

@@ -3,6 +3,7 @@
 use super::extremes::FarPoints;
 use super::inertia::{Carried, Sums, object_norm_model};
 use super::{Anchor, Metric};
+use crate::cspace::{ConfigSpace, Manifold};
 use crate::kinematics::{Twists, Wrench};
 use crate::math::Pose;
 use crate::math::quadratic_form::QuadraticForm;
@@ -128,6 +129,25 @@ impl Metric {
 }
 
 impl Quadratic {
+    /// Writes the least and greatest value of each tangent coordinate for steps from `x` that stay
+    /// within the limits and within a trust region of `radius` (metric units).
+    #[doc(hidden)]
+    pub fn step_box(&self, space: &ConfigSpace, x: &[f64], radius: f64, [low, high]: [&mut Vec<f64>; 2]) {
+        low.clear();
+        high.clear();
+        for k in 0..space.nv() {
+            let reach = radius / self.tensor.diagonal(k).sqrt();
+            low.push(-reach);
+            high.push(reach);
+        }
+        for factor in space.factors() {
+            if let Manifold::Interval { lower, upper } = factor.manifold {
+                low[factor.v] = low[factor.v].max(lower - x[factor.q]).min(0.0);
+                high[factor.v] = high[factor.v].min(upper - x[factor.q]).max(0.0);
+            }
+        }
+    }
+
     /// Returns the model's distance from the anchor after the step `u`, given the present distance.
     pub fn expected_distance(&self, distance: f64, u: &[f64]) -> f64 {
         if !self.bounds.is_empty() {

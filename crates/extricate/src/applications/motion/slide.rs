@@ -14,7 +14,6 @@
 
 use super::prover::Prover;
 use crate::collision::{Contact, ContactQuery, ContactSearch};
-use crate::cspace::Manifold;
 use crate::kinematics::Twists;
 use crate::math::linear_algebra::dot;
 use crate::metric::quadratic::Quadratic;
@@ -204,19 +203,7 @@ impl<'a> Slider<'a> {
         self.twists.set(scene, poses);
         self.qp.reset(self.quadratic.unknowns);
         let [low, high] = &mut self.limits;
-        low.clear();
-        high.clear();
-        for k in 0..nv {
-            let reach = REACH_FACTOR * length / self.quadratic.tensor.diagonal(k).sqrt();
-            low.push(-reach);
-            high.push(reach);
-        }
-        for factor in space.factors() {
-            if let Manifold::Interval { lower, upper } = factor.manifold {
-                low[factor.v] = low[factor.v].max(lower - q[factor.q]).min(0.0);
-                high[factor.v] = high[factor.v].min(upper - q[factor.q]).max(0.0);
-            }
-        }
+        self.quadratic.step_box(space, q, REACH_FACTOR * length, [low, high]);
         self.qp.set_box(low, high);
         for (row, bound) in self.quadratic.rows.chunks_exact(self.quadratic.unknowns).zip(&self.quadratic.bounds) {
             self.qp.push(*bound).copy_from_slice(row);

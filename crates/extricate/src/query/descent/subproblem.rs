@@ -1,7 +1,7 @@
 //! The quadratic program of one iteration of a descent, and its step.
 
 use crate::collision::Contact;
-use crate::cspace::{ConfigSpace, Manifold};
+use crate::cspace::ConfigSpace;
 use crate::kinematics::Twists;
 use crate::math::Pose;
 use crate::metric::quadratic::Quadratic;
@@ -88,20 +88,7 @@ impl Subproblem {
 
     fn begin(&mut self, space: &ConfigSpace, x: &[f64], radius: f64, locked: &[bool]) {
         let Self { quadratic, low, high, qp, .. } = self;
-        let nv = space.nv();
-        low.clear();
-        high.clear();
-        for k in 0..nv {
-            let reach = radius / quadratic.tensor.diagonal(k).sqrt();
-            low.push(-reach);
-            high.push(reach);
-        }
-        for factor in space.factors() {
-            if let Manifold::Interval { lower, upper } = factor.manifold {
-                low[factor.v] = low[factor.v].max(lower - x[factor.q]).min(0.0);
-                high[factor.v] = high[factor.v].min(upper - x[factor.q]).max(0.0);
-            }
-        }
+        quadratic.step_box(space, x, radius, [low, high]);
         for v in (0..locked.len()).filter(|v| locked[*v]) {
             (low[v], high[v]) = (0.0, 0.0);
         }
