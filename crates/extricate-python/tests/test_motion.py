@@ -86,8 +86,27 @@ def test_plans_are_free_and_share_a_roadmap(planar: Scene, tmp_path: Path) -> No
     assert (len(read), read.edges, read.checks) == (len(roadmap), roadmap.edges, roadmap.checks)
     with pytest.raises(ValueError):
         Roadmap.load(tmp_path / "planar.roadmap", Scene.builtin("hand"))
-    with pytest.raises(ValueError, match="to: got a collision"):
-        planar.plan(free[0], planar.sample(1, seed=1, colliding=True)[0])
+    with pytest.raises(ValueError, match="goal: "):
+        planar.plan(free[0], np.full(planar.nq, 1e3))
+
+
+def test_a_plan_leads_colliding_ends_out(planar: Scene) -> None:
+    colliding = planar.sample(12, seed=1, colliding=True)
+    found = 0
+    for start, goal in zip(colliding[::2], colliding[1::2]):
+        plan = planar.plan(start, goal, max_checks=20_000)
+        assert plan.start_escape is not None
+        if plan.points is None:
+            continue
+        found += 1
+        np.testing.assert_array_equal(plan.points[[0, -1]], [start, goal])
+        free = plan.points[plan.free_from : plan.free_to + 1]
+        assert len(free) == 1 or planar.check_segments(free[:-1], free[1:])["free"].all()
+        for q, part in ((start, plan.points[: plan.free_from + 1]), (goal, plan.points[plan.free_to :])):
+            before = planar.pair_distances(q)
+            keeps = np.where(before < planar.clearance, before - 1e-3, planar.clearance)
+            assert len(part) == 1 or (planar.pair_distances(samples(part)) >= keeps - 1e-9).all()
+    assert found > 2
 
 
 def test_repairs_keep_what_is_free(planar: Scene) -> None:

@@ -1,6 +1,6 @@
 //! `escape`: paths out of collision.
 
-use extricate::{Escape, EscapeMethod, EscapeOptions};
+use extricate::{Escape, EscapeMethod, EscapeOptions, Scene};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -14,11 +14,12 @@ use crate::solver::handle::Handle;
 static ESCAPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `escape`, in the order of its signature.
-pub type Keywords = (Option<f64>, f64, Whole, f64, Whole, u64, Option<Whole>, Option<f64>);
+pub type Keywords<'py> =
+    (Option<f64>, f64, Option<Bound<'py, PyAny>>, Whole, f64, Whole, u64, Option<Whole>, Option<f64>);
 
-pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {
+pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords<'py>) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (q.py(), handle.scene());
-    let (aim, tolerance, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
+    let (aim, tolerance, toward, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
     let q = config("q", q, scene)?;
     let watch = long_call::Watch::new();
     let mut options = EscapeOptions::default()
@@ -29,15 +30,21 @@ pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords) -
         .seed(seed)
         .termination(termination(max_checks, max_seconds)?.stop(watch.stop()));
     options.aim = aim;
+    options.toward = toward.map(|goal| config("toward", &goal, scene)).transpose()?;
     let solver = handle.ready(py)?;
     let found = py.detach(|| watch.over(|| solver.escape(&q, &options)))?.map_err(exception)?;
-    let Escape { points, free_from, method, colliding, deepening, length, max_displacement, checks, .. } = found;
-    let colliding: Vec<((&str, &str), f64)> =
-        colliding.into_iter().map(|(pair, depth)| (scene.pair_names(pair).into(), depth)).collect();
-    if points.is_empty() {
+    if !found.is_found() {
         handle.advise(py)?;
     }
-    let method = method.map(EscapeMethod::name);
-    let fields = (rows(py, &points)?, free_from, method, colliding, deepening, length, max_displacement, checks);
+    object(py, scene, found)
+}
+
+/// Makes the Python object for an escape.
+pub fn object<'py>(py: Python<'py>, scene: &Scene, escape: Escape) -> PyResult<Bound<'py, PyAny>> {
+    let Escape { points, free_from, method, colliding, deepening, length, max_displacement, checks, .. } = escape;
+    let colliding: Vec<((&str, &str), f64)> =
+        colliding.into_iter().map(|(pair, depth)| (scene.pair_names(pair).into(), depth)).collect();
+    let (points, method, needed) = (rows(py, &points)?, method.map(EscapeMethod::name), escape.needed_tolerance);
+    let fields = (points, free_from, method, colliding, deepening, needed, length, max_displacement, checks);
     ESCAPE.import(py, PYTHON_MODULE, "Escape")?.call1(fields)
 }

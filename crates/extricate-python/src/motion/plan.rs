@@ -7,7 +7,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use super::roadmap::Roadmap;
-use super::{PYTHON_MODULE, config, rows};
+use super::{PYTHON_MODULE, config, escape, rows};
 use crate::error::{Whole, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::options::termination;
@@ -16,7 +16,7 @@ use crate::solver::handle::Handle;
 static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `plan`, in the order of its signature.
-pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, bool, u64, i64, Option<Whole>, Option<f64>);
+pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, f64, bool, u64, i64, Option<Whole>, Option<f64>);
 
 pub fn plan<'py>(
     handle: &Handle,
@@ -24,10 +24,11 @@ pub fn plan<'py>(
     keywords: Keywords<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (from.py(), handle.scene());
-    let (roadmap, resolution, shortcut, seed, threads, max_checks, max_seconds) = keywords;
+    let (roadmap, resolution, tolerance, shortcut, seed, threads, max_checks, max_seconds) = keywords;
     let (from, to) = (config("start", from, scene)?, config("goal", to, scene)?);
     let options = PlanOptions::default()
         .resolution(resolution)
+        .tolerance(tolerance)
         .shortcut(shortcut)
         .seed(seed)
         .threads(thread_count(threads)?)
@@ -50,7 +51,11 @@ pub fn plan<'py>(
     if let Some(kept) = kept {
         kept.give_back(inner);
     }
-    let Plan { points, method, length, checks, nodes, .. } = found?.map_err(exception)?;
-    let fields = (rows(py, &points)?, method.map(PlanMethod::name), length, checks, nodes);
+    let Plan { points, free_from, free_to, start_escape, goal_escape, method, length, checks, nodes, .. } =
+        found?.map_err(exception)?;
+    let [start, goal] =
+        [start_escape, goal_escape].map(|escape| escape.map(|found| escape::object(py, scene, found)).transpose());
+    let (points, method) = (rows(py, &points)?, method.map(PlanMethod::name));
+    let fields = (points, free_from, free_to, start?, goal?, method, length, checks, nodes);
     PLAN.import(py, PYTHON_MODULE, "Plan")?.call1(fields)
 }

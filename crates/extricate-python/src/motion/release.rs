@@ -52,7 +52,7 @@ pub fn release<'py>(
     options.open = open.map(|open| posture(open, scene)).transpose()?;
     let q = configs("Q", queries, scene.space())?;
     let rows = configs_of(py, &q, scene)?;
-    let held = Held::of(object, scene, rows.len())?;
+    let held = HeldObjects::of(object, scene, rows.len())?;
     let solver = weighted(py, weights, handle)?;
     prepare(py, &solver)?;
     let pool = long_call::pool(thread_count(threads)?)?;
@@ -101,14 +101,14 @@ fn configs_of(py: Python<'_>, q: &Configs, scene: &extricate::Scene) -> PyResult
 }
 
 /// The objects that the rows hold.
-enum Held {
+enum HeldObjects {
     /// All rows hold the same obstacle of the scene.
     Named(Hand),
     /// Obstacles that are not in the scene, and the index of the one that each row holds.
     Given(Box<SceneFile>, Vec<usize>),
 }
 
-impl Held {
+impl HeldObjects {
     fn of(object: &Bound<'_, PyAny>, scene: &extricate::Scene, rows: usize) -> PyResult<Self> {
         if let Ok(name) = object.extract::<String>() {
             return Ok(Self::Named(Hand::new(scene, &name).map_err(exception)?));

@@ -11,13 +11,14 @@ use crate::scene::Scene;
 
 /// Free configurations and proved edges between them, which `plan` adds to and reuses.
 ///
-/// It belongs to the scene for which it was made. In another scene with the same coordinates it is
-/// a guess that saves checks: every returned path is proved in the scene that is planned in.
+/// A roadmap belongs to the scene for which it was made. In another scene with the same coordinates
+/// it is a guess that saves checks: `plan` proves every path that it returns in the scene that it
+/// plans in.
 ///
 /// Roadmap(scene, *, seed=0)
 ///
-/// scene: the `Scene` whose coordinates it has.
-/// seed: of all random numbers.
+/// scene: the `Scene` that defines the coordinates.
+/// seed: seed of all random numbers.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Roadmap(Mutex<Option<extricate::Roadmap>>);
 
@@ -30,7 +31,7 @@ impl Roadmap {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the roadmap until it is given back; `None` while another call has it.
+    /// Takes the roadmap until [`Roadmap::give_back`]; `None` while another call has it.
     pub fn take(&self) -> Option<extricate::Roadmap> {
         self.inner().take()
     }
@@ -52,7 +53,7 @@ impl Roadmap {
         Self::of(extricate::Roadmap::new(scene.inner().space(), seed.0))
     }
 
-    /// Reads a roadmap file, for `scene`.
+    /// Reads a roadmap file for `scene`.
     ///
     /// Raises ValueError if it is no roadmap of the scene's coordinates.
     #[staticmethod]
@@ -61,8 +62,8 @@ impl Roadmap {
         Ok(Self::of(py.detach(|| files::load_roadmap(&path, inner)).map_err(exception)?))
     }
 
-    /// Writes a roadmap file: another reader sees the old one or the whole new one.
-    /// Replaces nothing but roadmaps.
+    /// Writes a roadmap file. A reader sees the old file or the whole new one. It replaces no file
+    /// that is not a roadmap.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let kept = self.inner().clone();
         let Some(roadmap) = kept else { return Ok(()) };
@@ -80,7 +81,7 @@ impl Roadmap {
         self.tell(extricate::Roadmap::edges)
     }
 
-    /// Configurations that were evaluated to make it.
+    /// Number of configurations that were evaluated to make it.
     #[getter]
     fn checks(&self) -> usize {
         self.tell(extricate::Roadmap::checks)

@@ -23,51 +23,52 @@ macro_rules! calls {
     ($class:ident, $batch:ident) => {
         #[pymethods]
         impl $class {
-            /// The nearest free configuration to q, at once: nothing has to be learned.
+            /// Finds the nearest free configuration to q. Nothing has to be learned first.
             ///
-            /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is,
-            ///     `Answer.outside` names the joints.
-            /// options: a `QueryOptions` that holds these keywords; one that stands beside it
-            ///     counts more.
+            /// q: float64 (nq,). A q beyond limits is not free; distances are measured from it as
+            ///     it is, and `Answer.outside` names the joints.
+            /// options: a `QueryOptions` that holds these keywords; a keyword beside it overrides
+            ///     its field.
             /// effort: "nearest" (the nearest stored sample of a model, or one nearly as near;
-            ///     without a model the first exit that is found), "quick" (fewer starts than
-            ///     refined), "refined" (descents from several starts, the nearest exit verified),
+            ///     without a model the first exit found), "quick" (fewer starts than refined),
+            ///     "refined" (descents from several starts, the nearest exit verified),
             ///     "exhaustive", or "proved": as refined, then until the gap is proved or the
-            ///     budget is spent; give max_seconds.
-            /// exits: how many distinct exits are wanted, in `Answer.exits`.
+            ///     budget is spent; set max_seconds.
+            /// exits: number of distinct exits to find, for `Answer.exits`.
             /// gap: stop as soon as it is proved that nothing free is nearer by more than this
             ///     share of the depth; effort "proved" works for it. None is 0.15 with "quick" and
-            ///     "refined", 0.05 with "proved", and no reason to stop with "exhaustive"; 0
-            ///     searches on. Not with several exits.
-            /// starts: from how many stored samples and configurations around q descents start,
-            ///     None for what the effort takes: fewer are faster and miss the nearest exit more
-            ///     often. Not with effort "nearest".
-            /// max_checks, max_seconds: where to stop early, with the best answer so far; more of
-            ///     either never gives a larger depth.
-            /// segment: whether to look at the straight segment to the witness, see
-            ///     `Answer.segment`; costs as much as many checks.
-            /// contacts: with effort "nearest", whether to tell every colliding pair, not one
+            ///     "refined", 0.05 with "proved", and does not stop "exhaustive". With 0, no proof
+            ///     stops the search. Not with several exits.
+            /// starts: number of stored samples and configurations around q from which descents
+            ///     start; None leaves it to the effort. Fewer are faster and miss the nearest exit
+            ///     more often. Not with effort "nearest".
+            /// max_checks, max_seconds: limits at which to stop early, with the best answer so far;
+            ///     more of either never gives a larger depth.
+            /// segment: whether to check the straight segment to the witness, see `Answer.segment`;
+            ///     costs as much as many checks.
+            /// contacts: with effort "nearest", whether to report every colliding pair, not one
             ///     alone, and the contacts at the witness; both take longer than to find it. The
-            ///     other efforts always tell them.
-            /// clearance: aim at this one [m] in place of the scene's, for pairs without one of
-            ///     their own; a witness that would be more than ten times as far as the nearest at
+            ///     other efforts always report them.
+            /// clearance: clearance to aim at [m] in place of the scene's, for pairs without one of
+            ///     their own. A witness that would be more than ten times as far as the nearest at
             ///     the scene's clearance keeps less, see `Answer.clearance`.
-            /// locked: names of joints that stay where q has them; or free: the names of those
-            ///     that may move.
-            /// weights: by joint, of squared displacements, in place of the scene's, in the metric
-            ///     of the joints; the search then leaves out what was learned.
-            /// toward, toward_share: a configuration and a share; of exits that are farther than
-            ///     the nearest by at most that share of its depth, the one nearest to the
-            ///     configuration is taken.
+            /// locked: names of joints that stay where q has them.
+            /// free: in place of `locked`, the names of the joints that may move.
+            /// weights: by joint, weights of squared displacements in place of the scene's, in the
+            ///     joint metric; the search then ignores what was learned.
+            /// toward, toward_share: a configuration and a share. Among exits that are farther than
+            ///     the nearest by at most that share of its depth, the query takes the one nearest
+            ///     to the configuration.
             /// free_radius: whether to prove how far around the witness nothing touches, see
             ///     `Answer.free_radius`; costs as much as many checks.
-            /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
+            /// limits: "forgive" answers configurations beyond the limits, "refuse" raises
+            ///     ValueError for them.
             ///
-            /// None if nothing free was found, not even among 20,000 configurations, or if
-            /// locked joints leave nothing. A warning names the pairs that collide in every drawn
-            /// configuration, if some do. They are searched for once, whatever `max_checks` and
-            /// `max_seconds` are. If warnings are errors, the warning is raised in place of all
-            /// answers of a call.
+            /// Returns an `Answer`; None if nothing free was found, not even among 20,000
+            /// configurations, or if locked joints leave nothing. Then, if some pairs collide in
+            /// every drawn configuration, a warning names them. The search for them runs once,
+            /// whatever `max_checks` and `max_seconds` are. If warnings are errors, the call raises
+            /// the warning in place of all its answers.
             ///
             /// Raises ValueError for a wrong shape, values that are not finite, options that make
             /// no sense.
@@ -80,39 +81,42 @@ macro_rules! calls {
                 queries::query(slf.get().handle(), q, options, slf)
             }
 
-            /// The nearest free configuration to each of Q, on many threads.
+            /// Finds the nearest free configuration to each of Q, on many threads.
             ///
-            /// Q: float64 (n, nq); beyond limits as in `query`. Not copied if it is
-            ///     C-contiguous; do not write to it meanwhile.
-            /// options, effort, gap, starts, max_checks, max_seconds: as in `query`, of each.
-            /// exits: how many distinct exits are wanted.
-            /// segment: whether to look at the straight ways to the witnesses; costs as much as
+            /// Q: float64 (n, nq); beyond limits as in `query`. A C-contiguous array is not copied;
+            ///     do not write to it meanwhile.
+            /// options, effort, gap, starts, max_checks, max_seconds: as in `query`, for each row.
+            /// exits: number of distinct exits to find.
+            /// segment: whether to check the straight segments to the witnesses; costs as much as
             ///     many checks.
-            /// contacts: whether to tell the pairs that collide and that touch; with effort
+            /// contacts: whether to report the pairs that collide and that touch; with effort
             ///     "nearest" that takes longer than to find the witness.
             /// clearance, locked, free, weights, toward, toward_share, free_radius, limits: as in
-            ///     `query`, of each.
-            /// errors: "raise", or "mask": a row that is no configuration is answered as such,
-            ///     with a depth of nan, and the others as ever.
+            ///     `query`, for each row.
+            /// errors: "raise", or "mask": a row that is no configuration gets a depth of nan, and
+            ///     the others are answered as usual.
             /// threads: 0 for one per core.
             ///
             /// Returns a structured array (n,) with the fields depth, lower_bound, gap,
             /// max_displacement [m], clearance, unseen, checks, witness (nq,), gradient (nv,),
-            /// verified, free and unique, which mean what they mean in `Answer`. With exits of
-            /// more than one also: exit_count, how many were found (0 if the query is free),
-            /// exit_depths (exits,) and exit_witnesses (exits, nq), nearest first, the witness
-            /// before others, nan from exit_count on. With segment: segment (2,), nan if the
-            /// query is free. With free_radius: free_radius, nan if the query is free. With
+            /// verified, free and unique, with the meanings that they have in `Answer`. Options add
+            /// fields:
+            ///
+            /// several exits: exit_count, the number found (0 if the query is free), exit_depths
+            ///     (exits,) and exit_witnesses (exits, nq), nearest first, the witness before
+            ///     others, nan from exit_count on;
+            /// segment: segment (2,), nan if the query is free;
+            /// free_radius: free_radius, nan if the query is free;
             /// contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with
-            /// several exits also exit_touching, (exits, pairs). Points and normals of contacts
-            /// `query` tells.
+            ///     several exits also exit_touching, (exits, pairs). `query` returns points and
+            ///     normals of contacts.
             ///
-            /// Where nothing free was found, depth is inf, witness, gradient and max_displacement
-            /// are nan, verified and free are False, and there are no exits; a warning as of
-            /// `query`.
+            /// If nothing free was found for a row, its depth is inf, its witness, gradient and
+            /// max_displacement are nan, verified and free are False, and it has no exits; the call
+            /// warns as `query` does.
             ///
-            /// Raises ValueError that names the row for a wrong shape, values that are not finite,
-            /// before any is answered.
+            /// Raises ValueError for a wrong shape or values that are not finite, before it answers
+            /// any row; the message names the row.
             #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
             #[allow(non_snake_case)]
             fn $batch<'py>(
@@ -123,34 +127,34 @@ macro_rules! calls {
                 batch::answers(self.handle(), Q, options)
             }
 
-            /// For queries that follow each other closely, as from a simulation: each is
-            /// warm-started from the one before.
+            /// Makes a `Stream`, for queries that follow each other closely, as from a simulation:
+            /// each is warm-started from the one before.
             ///
             /// options, effort, gap, starts, max_checks, max_seconds, segment, contacts, clearance,
-            ///     locked, free, weights, free_radius, limits: as in `query`, of each frame.
-            /// hysteresis: the exit of the last frame is kept until another one is nearer by more
-            ///     than this share of its depth; 0 always takes the nearest.
-            /// starts_per_frame: how many starts are tried each frame for a nearer exit, beside
+            ///     locked, free, weights, free_radius, limits: as in `query`, for each frame.
+            /// hysteresis: keep the exit of the last frame until another one is nearer by more than
+            ///     this share of its depth; 0 always takes the nearest.
+            /// starts_per_frame: number of starts that each frame tries for a nearer exit, besides
             ///     those that cost no check.
             /// continuous: whether the witness never jumps: from frame to frame it only moves if
-            ///     every configuration on its way is proved free. It may then be held behind
-            ///     something while another exit is nearer (`Answer.nearest`), or while the query is
-            ///     free. It aims at `clearance`, by default 0.5 mm more than the scene's;
-            ///     hysteresis has no effect.
+            ///     every configuration on its way is proved free. Something may then hold it back
+            ///     while another exit is nearer (`Answer.nearest`), or while the query is free. It
+            ///     aims at `clearance`, by default 0.5 mm more than the scene's; hysteresis has no
+            ///     effect.
             #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
             fn stream(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
                 Stream::new(py, self.handle(), options)
             }
 
-            /// Shows configurations and their answers as a page, in a browser or a notebook: robot,
-            /// ghost of the query, contacts, the slider to each exit, the numbers and the proof,
-            /// and a slice of the space.
+            /// Shows configurations and their answers as a page, in a browser or a notebook: the
+            /// robot, a ghost of the query, contacts, the slider to each exit, the numbers and the
+            /// proof, and a slice of the space.
             ///
-            /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision if None.
-            /// path: the file that is written; a temporary one if None.
-            /// open: whether a browser opens it; if None, unless this is a notebook, which shows
-            ///     the page that is returned.
-            /// live: whether joints can be dragged in the page.
+            /// Q: float64 (n, nq), or (nq,) for one; None draws 5 random ones in collision.
+            /// path: the file to write; None writes a temporary one.
+            /// open: whether a browser opens the page; None opens it outside notebooks, which show
+            ///     the returned page.
+            /// live: whether users can drag joints in the page.
             /// All other keywords: as in `query`; exits is 3 if the effort finds several.
             #[pyo3(signature = (Q = None, *, path = None, open = None, live = false, **options))]
             #[allow(non_snake_case)]
@@ -166,32 +170,35 @@ macro_rules! calls {
                 page::show(py, self.handle(), Q, options, Shown { path, open, live })
             }
 
-            /// A path out of collision: from q to a free configuration, such that on the way no
-            /// pair of bodies collides that does not at q, and none that does gets deeper by more
-            /// than `tolerance`.
+            /// Finds a path out of collision: from q to a free configuration. On the way, no pair
+            /// of bodies collides that does not collide at q, and no pair that does gets deeper by
+            /// more than `tolerance`.
             ///
             /// q: a configuration within its limits, (nq,).
-            /// aim: clearance that the end is to keep [m]; a near end that keeps less, at least the
-            ///     scene's, is preferred to a far one. None: the scene's and 1 mm.
+            /// aim: clearance that the end is to keep [m]; None is the scene's plus 1 mm. The
+            ///     search prefers a near end that keeps less, at least the scene's, to a far one.
             /// tolerance: by how much a pair that collides at q may get deeper [m].
-            /// exits: how many exits straight edges are tried to.
+            /// toward: a configuration, (nq,). Of exits that are about as near, the search prefers
+            ///     the one nearest to it.
+            /// exits: number of exits to try straight edges to.
             /// resolution: how finely edges are proved [m].
             /// tree_checks: checks of the trees that grow if nothing simpler leads out.
-            /// seed: of all random numbers.
-            /// max_checks, max_seconds: when to give up.
+            /// seed: seed of all random numbers.
+            /// max_checks, max_seconds: limits at which to give up.
             ///
-            /// Returns an `Escape`; its `points` are None if no path was found, with a warning
-            /// as of `query`. All that it says of the path is proved for every configuration
+            /// Returns an `Escape`; its `points` are None if no path was found, and the call warns
+            /// as `query` does. All that it reports of the path is proved for every configuration
             /// between, not for samples.
             ///
             /// Raises ValueError for a wrong shape, values beyond limits, options that make no
             /// sense.
-            #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
+            #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, toward = None, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, toward=None, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
             fn escape<'py>(
                 &self,
                 q: &Bound<'py, PyAny>,
                 aim: Option<f64>,
                 tolerance: f64,
+                toward: Option<Bound<'py, PyAny>>,
                 exits: Whole,
                 resolution: f64,
                 tree_checks: Whole,
@@ -199,54 +206,57 @@ macro_rules! calls {
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (aim, tolerance, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
+                let keywords = (aim, tolerance, toward, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
                 escape::escape(self.handle(), q, keywords)
             }
 
-            /// A path between two free configurations, every edge of it proved free: also through
-            /// narrow passages.
+            /// Finds a path between two configurations, also through narrow passages. Every edge of
+            /// it is proved. An end that collides is first led out of collision, as by `escape`.
             ///
             /// start, goal: configurations, (nq,).
             /// roadmap: a `Roadmap` of earlier calls, which this one adds to.
             /// resolution: how finely edges are proved [m].
+            /// tolerance: depth [m] by which a pair that collides at an end may get deeper on the
+            ///     way out.
             /// shortcut: whether to remove points that are not needed.
-            /// seed: of all random numbers.
-            /// threads: that grow the roadmap, 0 for one a core; the path is the same.
-            /// max_checks, max_seconds: when to give up.
+            /// seed: seed of all random numbers.
+            /// threads: threads that grow the roadmap, 0 for one per core; the path is the same.
+            /// max_checks, max_seconds: limits at which to give up.
             ///
             /// Returns a `Plan`; its `points` are None if no path was found.
             ///
-            /// Raises ValueError for a wrong shape, ends that are not free (start and goal are
-            /// "from" and "to" in the message), options that make no sense.
-            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
+            /// Raises ValueError for a wrong shape, ends beyond their limits, options that make no
+            /// sense.
+            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
             fn plan<'py>(
                 &self,
                 start: &Bound<'py, PyAny>,
                 goal: &Bound<'py, PyAny>,
                 roadmap: Option<Bound<'py, Roadmap>>,
                 resolution: f64,
+                tolerance: f64,
                 shortcut: bool,
                 seed: Seed,
                 threads: i64,
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (roadmap, resolution, shortcut, seed.0, threads, max_checks, max_seconds);
+                let keywords = (roadmap, resolution, tolerance, shortcut, seed.0, threads, max_checks, max_seconds);
                 plan::plan(self.handle(), (start, goal), keywords)
             }
 
-            /// A path that collides as one that is proved free, as near to the old one as is found:
-            /// what of it is free stays.
+            /// Replaces a path that collides by one that is proved free, as near to the old one as
+            /// the search finds. Free parts of the old path stay.
             ///
             /// path: configurations one after the other, (n, nq).
-            /// aim: clearance that configurations are pushed out to [m], or as much of it as is
-            ///     kept nearby. None: the scene's and a tenth of the radius of the smallest moving
+            /// aim: clearance to push configurations out to [m], or as much of it as they can keep
+            ///     nearby. None is the scene's plus a tenth of the radius of the smallest moving
             ///     body.
-            /// max_deviation: most that the new path may be from the old one, and rows that are cut
-            ///     off from the new one, in the scene's metric.
+            /// max_deviation: largest distance, in the scene's metric, of the new path from the old
+            ///     one, and from the new one of rows that it cuts off; None for no limit.
             /// resolution: how finely edges are proved [m].
-            /// seed: of all random numbers.
-            /// max_checks, max_seconds: when to give up.
+            /// seed: seed of all random numbers.
+            /// max_checks, max_seconds: limits at which to give up.
             ///
             /// Returns a `Repaired`; its `points` are None if no path was found.
             ///
@@ -266,28 +276,28 @@ macro_rules! calls {
                 repair::repair(self.handle(), path, keywords)
             }
 
-            /// The nearest hands to Q at which nothing penetrates and what touched the object still
-            /// does, each finger on its side of it. No model is used.
+            /// Finds the nearest hands to Q that penetrate nothing. Links that touched the object
+            /// still touch it, each finger on its side. It uses no model.
             ///
-            /// Q: float64 (n, nq), or (nq,) for one; may lie beyond limits.
-            /// object: what is held: the name of an obstacle; an obstacle that is not in the scene,
-            ///     such as a `Mesh`; or a sequence of n obstacles, one a row (equal ones are
-            ///     prepared once).
+            /// Q: float64 (n, nq), or (nq,) for one; it may be beyond the limits.
+            /// object: the object that is held: the name of an obstacle; an obstacle that is not in
+            ///     the scene, such as a `Mesh`; or a sequence of n obstacles, one a row (one that
+            ///     occurs several times is prepared once).
             /// keep: "contacts", or "pose": the nearest free hand, whatever it touches.
             /// touch: a link touches if it is nearer than this [m] beyond the clearance.
-            /// friction: coefficient, for `Grasp.epsilon` and `Grasp.force_closure`; None leaves
-            ///     them out.
-            /// open: a configuration with open fingers (nq,), which tells on which side of the
-            ///     object each is; None takes 0 for every joint, or the limit nearest to it.
-            /// clearance: to aim at in place of the scene's [m].
+            /// friction: coefficient of friction, for `Grasp.epsilon` and `Grasp.force_closure`;
+            ///     None leaves them out.
+            /// open: a configuration with open fingers (nq,), which shows on which side of the
+            ///     object each finger is; None takes 0 for every joint, or the limit nearest to it.
+            /// clearance: clearance to aim at in place of the scene's [m].
             /// locked: names of joints that stay; "base" is the base of a floating hand.
-            /// weights: as in `query`. None: moving a floating base is about as dear as moving
-            ///     fingers, if the scene gives it no weights. "scene": those of the scene.
-            /// max_checks: end each after about this many checks and contact evaluations.
-            /// max_seconds: end each after about this many seconds.
+            /// weights: as in `query`. With None, if the scene gives a floating base no weights,
+            ///     moving it costs about as much as moving fingers. "scene" takes the scene's.
+            /// max_checks: end each row after about this many checks and contact evaluations.
+            /// max_seconds: end each row after about this many seconds.
             /// threads: 0 for one per core; the answers are the same.
             ///
-            /// Returns a `Grasp` for one, else a list; None if nothing free was found.
+            /// Returns a `Grasp` for one row, else a list; None if nothing free was found.
             ///
             /// Raises ValueError for wrong shapes, names and values, and objects that cannot be
             /// used.

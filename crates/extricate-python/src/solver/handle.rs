@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use crate::error::{Advice, exception};
 use crate::long_call;
-use crate::queries::options::{Asked, Call, Weights};
+use crate::queries::options::{Call, CallOptions, Weights};
 
 /// A solver of the library, and data that its calls keep for later ones. Clones share all of it.
 #[derive(Clone)]
@@ -61,10 +61,10 @@ impl Handle {
     /// Reads the keywords of a call, completed by the defaults.
     ///
     /// # Errors
-    /// As [`Asked::read`].
-    pub fn asked(&self, py: Python<'_>, given: Option<&Bound<'_, PyDict>>, call: Call) -> PyResult<Asked> {
+    /// As [`CallOptions::read`].
+    pub fn call_options(&self, py: Python<'_>, given: Option<&Bound<'_, PyDict>>, call: Call) -> PyResult<CallOptions> {
         let defaults = self.defaults.as_ref().map(|defaults| defaults.bind(py));
-        Asked::read(given, defaults, self.scene(), call)
+        CallOptions::read(given, defaults, self.scene(), call)
     }
 
     /// Returns the solver with these weights of joints, prepared.
@@ -103,8 +103,8 @@ impl Handle {
     ///
     /// # Errors
     /// `ValueError` for options and weights that make no sense; as [`long_call::aside`].
-    pub fn solver_for(&self, py: Python<'_>, asked: &Asked) -> PyResult<extricate::Solver> {
-        self.with_weights(py, &asked.weights)?.options(asked.options.clone()).map_err(exception)
+    pub fn solver_for(&self, py: Python<'_>, call: &CallOptions) -> PyResult<extricate::Solver> {
+        self.with_weights(py, &call.weights)?.options(call.options.clone()).map_err(exception)
     }
 
     /// Raises a `UserWarning` after a call that found nothing free, see [`Advice::warn`].

@@ -20,22 +20,21 @@ use handle::Handle;
 
 /// Answers queries about a scene: the nearest free configuration, checks, and motions.
 ///
-/// A model adds stored samples as further starts of queries; what is said of an answer holds with
-/// and without one. It is prepared at the first call. Immutable: threads may share it, each
-/// query runs without the interpreter lock. Pickles.
+/// A model adds stored samples as further starts of queries; answers mean the same with and without
+/// one. The first call prepares the solver. A solver is immutable: threads may share it, and each
+/// query runs without the interpreter lock. It pickles.
 ///
 /// Solver(scene, model=None, **options)
 ///
 /// scene: the `Scene` of the queries.
 /// model: a `Model` of this scene, or of one with the same joints, limits, weights and metric:
-///     obstacles, checked pairs and clearance may differ. Beside obstacles that moved it has no
-///     samples.
-/// options: keywords of `Solver.query`, which `query`, `batch`, `stream` and `show` then have
-///     unless they say otherwise; an `options` object of a call takes the place of all of them.
-///     Motions have keywords of their own.
+///     obstacles, checked pairs and clearance may differ. It has no samples beside obstacles that
+///     moved.
+/// options: keywords of `Solver.query`, which become the defaults of `query`, `batch`, `stream` and
+///     `show`. An `options` object of a call replaces all of them. Motions have keywords of their
+///     own.
 ///
-/// Raises ValueError if the model does not fit the scene, and for options that make no
-/// sense.
+/// Raises ValueError if the model does not fit the scene, and for options that make no sense.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Solver {
     handle: Handle,
@@ -45,12 +44,12 @@ impl Solver {
     /// Makes a solver whose calls have these keywords as defaults.
     ///
     /// # Errors
-    /// As [`Handle::asked`], and for options that make no sense in the scene.
+    /// As [`Handle::call_options`], and for options that make no sense in the scene.
     pub fn new(py: Python<'_>, handle: Handle, defaults: Option<Arc<Py<PyDict>>>) -> PyResult<Self> {
         let given = defaults.as_ref().map(|defaults| defaults.bind(py));
-        let asked = handle.asked(py, given, Call::Query)?;
-        asked.options.check().map_err(exception)?;
-        handle.check_weights(&asked.weights)?;
+        let call = handle.call_options(py, given, Call::Query)?;
+        call.options.check().map_err(exception)?;
+        handle.check_weights(&call.weights)?;
         Ok(Self { handle: handle.with_defaults(defaults) })
     }
 
@@ -93,18 +92,18 @@ impl Solver {
         self.handle.solver().model().map(|model| Model::of(Arc::clone(model)))
     }
 
-    /// The same model and options in another scene, such as one by `Scene.moved`; what is prepared
-    /// of equal bodies is shared.
+    /// Returns a solver of the same model and options in another scene, such as one by
+    /// `Scene.moved`. It shares prepared data of equal bodies.
     ///
-    /// Raises ValueError if the model does not fit it, or if an option names what the
-    /// scene has not.
+    /// Raises ValueError if the model does not fit the scene, or if an option names what the scene
+    /// does not have.
     fn with_scene(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let solver = py.detach(|| self.handle.solver().with_scene(Arc::clone(scene.inner()))).map_err(exception)?;
         Self::new(py, Handle::new(solver), self.handle.defaults().cloned())
     }
 
-    /// The witness of `query` alone, with the options of the solver: nothing is proved but what
-    /// effort "proved" or a gap ask for, which takes less time.
+    /// Finds the witness of `query` alone, with the options of the solver. It proves only what
+    /// effort "proved" or a gap requires, and so takes less time.
     ///
     /// q: float64 (nq,), as in `query`.
     ///
@@ -114,7 +113,7 @@ impl Solver {
         queries::nearest_exit(&self.handle, q)
     }
 
-    /// Whether configurations are free, as `Scene.check`.
+    /// Checks whether configurations are free, as `Scene.check` does.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; within the limits.
     /// threads: 0 for one per core.

@@ -12,18 +12,18 @@ use super::handle::Handle;
 use crate::error::exception;
 use crate::long_call::Watch;
 use crate::queries::answer;
-use crate::queries::options::{Asked, Call};
+use crate::queries::options::{Call, CallOptions};
 
-/// Queries that follow each other closely: each is warm-started from the one before. Made by
-/// `Solver.stream`, `Scene.stream` and `Model.stream`.
+/// Queries that follow each other closely: each is warm-started from the one before.
+/// `Solver.stream`, `Scene.stream` and `Model.stream` make it.
 ///
-/// Has a memory: its answers depend on the frames before. Threads that share one wait for each
-/// other.
+/// A stream has a memory: its answers depend on the frames before. Threads that share one wait for
+/// each other.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Stream {
     /// The solver that made the stream.
     solver: extricate::Solver,
-    asked: Asked,
+    call: CallOptions,
     stream: Mutex<extricate::Stream>,
     watch: Watch,
     /// The thread that is using the stream.
@@ -34,14 +34,14 @@ impl Stream {
     /// Makes a stream of `handle` with the keywords of the call.
     ///
     /// # Errors
-    /// As [`Handle::asked`] and [`Handle::solver_for`].
+    /// As [`Handle::call_options`] and [`Handle::solver_for`].
     pub fn new(py: Python<'_>, handle: &Handle, given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut asked = handle.asked(py, given, Call::Stream)?;
+        let mut call = handle.call_options(py, given, Call::Stream)?;
         let watch = Watch::new();
-        asked.options.termination.stop = Some(watch.stop());
-        let solver = handle.solver_for(py, &asked)?;
-        let stream = Mutex::new(solver.stream(asked.stream.clone()).map_err(exception)?);
-        Ok(Self { solver, asked, stream, watch, busy: Mutex::default() })
+        call.options.termination.stop = Some(watch.stop());
+        let solver = handle.solver_for(py, &call)?;
+        let stream = Mutex::new(solver.stream(call.stream.clone()).map_err(exception)?);
+        Ok(Self { solver, call, stream, watch, busy: Mutex::default() })
     }
 
     /// Runs `work` once no other thread uses the stream; Ctrl-C ends it.
@@ -65,7 +65,7 @@ impl Stream {
 
     /// Returns the solver of one frame's scene, with the weights of the stream.
     fn of_frame(&self, py: Python<'_>, solver: &Solver) -> PyResult<extricate::Solver> {
-        let solver = solver.handle().with_weights(py, &self.asked.weights)?;
+        let solver = solver.handle().with_weights(py, &self.call.weights)?;
         if solver.scene().space() != self.solver.scene().space() {
             let expected = "expected a solver of the stream's joints, limits and weights";
             return Err(PyValueError::new_err(format!("scene: got one of other coordinates, {expected}")));
@@ -76,12 +76,13 @@ impl Stream {
 
 #[pymethods]
 impl Stream {
-    /// The answer for the next frame, as `Solver.query`. q: float64 (nq,).
+    /// Answers the next frame, as `Solver.query` does.
     ///
+    /// q: float64 (nq,).
     /// scene: if obstacles have moved, a `Solver` of the scene of this frame, such as one by
     ///     `Solver.with_scene` or `Model.in_scene`. The options stay those of the stream.
     ///
-    /// None if nothing free was found.
+    /// Returns None if nothing free was found.
     #[pyo3(signature = (q, *, scene = None))]
     fn query<'py>(
         &self,
@@ -91,7 +92,7 @@ impl Stream {
         let py = q.py();
         let other = scene.map(|solver| self.of_frame(py, solver.get())).transpose()?;
         let scene = other.as_ref().unwrap_or(&self.solver).scene();
-        let config = self.asked.config(q, scene)?;
+        let config = self.call.config(q, scene)?;
         let answer = self.with(py, |stream| match &other {
             Some(solver) => stream.query_in(solver, &config),
             None => Ok(stream.query(&config)),
@@ -100,13 +101,13 @@ impl Stream {
         answer.map(|answer| answer::object(py, &answer, scene)).transpose()
     }
 
-    /// Forgets the frames so far: the next one is answered as a query on its own.
+    /// Forgets the frames so far: the stream answers the next one as a query on its own.
     fn restart(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, extricate::Stream::restart)
     }
 
     fn __repr__(&self) -> String {
-        let hysteresis = self.asked.stream.hysteresis;
+        let hysteresis = self.call.stream.hysteresis;
         match self.solver.model().map(|model| model.statistics().boundary_samples) {
             Some(samples) => format!("<Stream of a model of {samples} boundary samples, hysteresis {hysteresis}>"),
             None => format!("<Stream of a scene, hysteresis {hysteresis}>"),

@@ -53,6 +53,11 @@ impl Judge<'_> {
             assert_eq!([&plan.points[0][..], &plan.points[plan.points.len() - 1]], [&from[..], &to[..]]);
             self.judge(&plan.points, 0);
         }
+        let options = PlanOptions::default().seed(seed).termination(termination.clone()).threads(1);
+        let plan = self.world.plan(colliding, to, &options).unwrap();
+        if plan.is_found() {
+            self.judge(&plan.points, plan.free_from);
+        }
         let old = [&from[..], colliding, to].concat();
         let rows = Rows::new(&old, from.len()).unwrap();
         let options = RepairOptions::default().seed(seed).termination(termination);

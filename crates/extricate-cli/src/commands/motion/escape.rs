@@ -8,6 +8,7 @@ use clap::Args;
 use extricate::{Escape, EscapeMethod, EscapeOptions, Scene};
 use serde::Serialize;
 
+use super::config;
 use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
 use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
@@ -16,13 +17,15 @@ use crate::progress::Progress;
 use crate::{notice, report};
 
 /// Help text on the keys of `--json`.
-const KEYS: &str = "No pair of bodies collides on the way that does not at the query, and none that does gets deeper by \
-more than the tolerance: proved. With --json, one object a line, in the order of the input: points (configurations, the \
-query first; empty where no path was found), free_from (the path is proved free from this point on, an index into points), \
-method (\"free\", \"nearest\": straight to the nearest exit, \"exit\": straight to another one, \"pushed\": parted little by \
-little, \"grown\": trees; null where no path was found), colliding (list of [name, name], signed distance [m]), deepening \
-(most that one of these was found deeper than at the query [m]), length (in the scene's metric), max_displacement [m], \
-checks, error (only where no path was found: that, and which pairs collide in all configurations that are tried, if any do).";
+const KEYS: &str = "The path is proved: only pairs of bodies that collide at the query collide on it, and none of them gets \
+deeper by more than the tolerance. With --json, each line is one object, in the order of the input: points (configurations, \
+the query first; empty if no path was found), free_from (index into points; the path is proved free from this point on), \
+method (\"free\": the query is free, \"nearest\": a straight edge to the nearest exit, \"exit\": a straight edge to another \
+exit, \"pushed\": the colliding pairs were separated step by step, \"grown\": trees; null if no path was found), colliding \
+(list of [name, name], signed distance [m]), deepening (most that any of these pairs was measured deeper than at the query \
+[m]), needed_tolerance (if no path was found: the least of 1, 2, 5 and 10 mm, in metres, with which, as a larger --tolerance, \
+there is one; else null), length (in the scene's metric), max_displacement [m], checks, error (only if no path was found: a message, which also \
+names the pairs that collide in all tested configurations, if there are any).";
 
 /// Arguments of `escape`.
 #[derive(Args)]
@@ -33,29 +36,33 @@ pub struct EscapeArgs {
     file: PathBuf,
     #[command(flatten)]
     input: InputArgs,
-    /// Clearance in metres that the end of a path is to keep; a near end that keeps less, at least
-    /// the scene's, is preferred to a far one. By default the scene's and 1 mm
+    /// Clearance in metres for the end of a path; a near end with less clearance, at least the
+    /// scene's, is preferred to a far one. The default is the scene's clearance plus 1 mm
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     aim: Option<f64>,
-    /// By how much, in metres, a pair that collides at the query may get deeper on the way
+    /// Depth in metres by which a pair that collides at the query may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
+    /// Prefer the exit nearest to this configuration, among exits about as near as the nearest one
+    #[arg(long, value_name = "Q", allow_hyphen_values = true)]
+    toward: Option<String>,
     /// Try straight edges to up to K exits
     #[arg(long, value_name = "K", value_parser = args::exits, allow_negative_numbers = true, default_value_t = 6)]
     exits: usize,
-    /// Spend at most N checks on the trees that grow where nothing simpler leads out
+    /// Spend at most N checks on the trees, which grow only if nothing simpler leads out of
+    /// collision
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = 20_000)]
     tree_checks: usize,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Give a query up after about this many checks
+    /// Give up on a query after about this many checks
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     max_checks: Option<usize>,
-    /// Give a query up after about this many seconds
+    /// Give up on a query after about this many seconds
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
-    /// Move in this world, as for `query`
+    /// Find paths in this world, as for `query`
     #[arg(long, visible_alias = "scene", value_name = "WORLD")]
     world: Option<PathBuf>,
     #[command(flatten)]
@@ -64,12 +71,13 @@ pub struct EscapeArgs {
 
 /// JSON output for one path.
 #[derive(Serialize)]
-struct Row<'a> {
+pub struct Row<'a> {
     points: &'a [Vec<f64>],
     free_from: usize,
     method: Option<EscapeMethod>,
     colliding: Vec<([&'a str; 2], f64)>,
     deepening: f64,
+    needed_tolerance: Option<f64>,
     length: f64,
     max_displacement: f64,
     checks: usize,
@@ -79,12 +87,24 @@ struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// `error` is the reason if no path was found.
-    fn new(escape: &'a Escape, scene: &'a Scene, error: Option<&'a str>) -> Self {
+    pub fn new(escape: &'a Escape, scene: &'a Scene, error: Option<&'a str>) -> Self {
         let colliding = escape.colliding.iter().map(|(pair, distance)| (scene.pair_names(*pair), *distance)).collect();
         let Escape { points, free_from, method, deepening, length, max_displacement, checks, .. } = escape;
+        let needed_tolerance = escape.needed_tolerance;
         let (free_from, method, deepening, length) = (*free_from, *method, *deepening, *length);
         let (max_displacement, checks) = (*max_displacement, *checks);
-        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks, error }
+        Self {
+            points,
+            free_from,
+            method,
+            colliding,
+            deepening,
+            needed_tolerance,
+            length,
+            max_displacement,
+            checks,
+            error,
+        }
     }
 
     fn text(&self, line: usize) -> String {
@@ -110,6 +130,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     (options.aim, options.tree_checks) = (args.aim, args.tree_checks);
     options.termination = args::termination(args.max_checks, args.max_seconds);
     let scene = solver.scene();
+    options.toward = args.toward.as_ref().map(|words| config("--toward", words, scene)).transpose()?;
     let told = OnceCell::new();
     let no_path = || told.get_or_init(|| with_advice("no path was found", &solver)).as_str();
     // A path may take minutes, so each is flushed: a later failure does not lose it.

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use extricate::files::{OutputLock, check_not_read, check_roadmap_output, load_roadmap, save_roadmap};
-use extricate::{Config, Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop};
+use extricate::{Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop};
 use serde::Serialize;
 
+use super::{config, escape};
 use crate::args::{self, LoadArgs, length, seconds, seed, threads, whole};
 use crate::commands::load_solver;
-use crate::input::Configs;
 use crate::interrupt::{StopOnInterrupt, uninterrupted};
 use crate::notice;
 use crate::output::Output;
@@ -19,10 +19,13 @@ use crate::progress::busy;
 use crate::report;
 
 /// Help text on the output.
-const KEYS: &str = "Prints the path: one {\"q\": [...]} a line, from the first to the last configuration, which the other \
-commands read; every configuration between two lines, along the geodesic, is proved free. With --json, one object: points, \
-method (\"straight\", \"trees\" or \"roadmap\"; null where no path was found, and points is then empty), length (in the \
-scene's metric), checks, nodes (of the roadmap). Exit status 1 where no path was found, which proves nothing.";
+const KEYS: &str = "Prints the path from the first to the last configuration, one {\"q\": [...]} per line, which the other \
+commands read. Every configuration between two lines, along the geodesic, is proved free. If an end collides, the path out of \
+collision comes first or last, as `escape` finds it; a note says where the free part begins and ends. With --json, prints one object: \
+points (empty if no path was found), free_from and free_to (indices into points; between them the path is proved free), \
+start_escape and goal_escape (an object of `escape --json`; null if that end is free), method (\"straight\", \"trees\" or \"roadmap\"; null if no path was found), length (in \
+the scene's metric), checks, nodes (in the roadmap). If no path was found, the exit status is 1; that does not prove that \
+there is none.";
 
 /// Arguments of `plan`.
 #[derive(Args)]
@@ -31,21 +34,23 @@ pub struct PlanArgs {
     /// Scene file (TOML) or URDF, or a model file
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
-    /// Where the path begins, a free configuration: its coordinates between commas
+    /// Start of the path: the coordinates of a configuration, separated by commas
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     from: String,
-    /// Where it ends
+    /// End of the path, in the same form
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     to: String,
-    /// Begin with the roadmap in this file, where there is one, and leave what was added to it
-    /// there
+    /// Start with the roadmap in this file, if the file exists, and save the extended roadmap to it
     #[arg(long, value_name = "FILE")]
     roadmap: Option<PathBuf>,
-    /// How finely edges are proved, in metres: what passes something nearer than about this is not
-    /// found
+    /// Resolution in metres at which edges are proved; a path that passes a body at less than about
+    /// this distance is not found
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-4")]
     resolution: f64,
-    /// Leave the path as it was found, with points that are not needed
+    /// Depth in metres by which a pair that collides at an end may get deeper on the way out
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
+    tolerance: f64,
+    /// Keep the path as it was found, with points that are not needed
     #[arg(long)]
     no_shortcut: bool,
     /// Seed of the random numbers
@@ -57,7 +62,7 @@ pub struct PlanArgs {
     /// Give up after about this many seconds
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
-    /// Grow the roadmap on this many threads, 0 for one a core; the path is the same
+    /// Number of threads that grow the roadmap, 0 for one per core; the path does not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 0)]
     threads: usize,
     /// Plan in this world, as for `query`
@@ -65,6 +70,25 @@ pub struct PlanArgs {
     world: Option<PathBuf>,
     #[command(flatten)]
     load: LoadArgs,
+}
+
+/// Colliding pairs that a message names at most.
+const MAX_NAMED_PAIRS: usize = 5;
+
+/// JSON output.
+#[derive(Serialize)]
+struct Row<'a> {
+    points: &'a [Vec<f64>],
+    free_from: usize,
+    free_to: usize,
+    start_escape: Option<escape::Row<'a>>,
+    goal_escape: Option<escape::Row<'a>>,
+    method: Option<PlanMethod>,
+    length: f64,
+    checks: usize,
+    nodes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -89,6 +113,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     let stop = Stop::when(move || listening.asked());
     let options = PlanOptions::default()
         .resolution(args.resolution)
+        .tolerance(args.tolerance)
         .shortcut(!args.no_shortcut)
         .seed(args.seed)
         .threads(args.threads)
@@ -104,7 +129,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     match (plan.is_found(), was_stopped) {
         (true, _) => Ok(()),
         (false, true) => bail!("interrupted before a path was found"),
-        (false, false) => bail!("no path was found in {}", report::counted(plan.checks, "check", "checks")),
+        (false, false) => bail!(no_path(&plan, scene)),
     }
 }
 
@@ -116,7 +141,13 @@ fn hold(roadmap: &Path, args: &PlanArgs) -> extricate::Result<OutputLock> {
 fn print(plan: &Plan, scene: &Scene, json: bool) -> anyhow::Result<()> {
     let mut out = Output::new(false);
     if json {
-        out.json(plan)?;
+        let error = (!plan.is_found()).then(|| no_path(plan, scene));
+        let [start_escape, goal_escape] = [&plan.start_escape, &plan.goal_escape]
+            .map(|found| found.as_ref().map(|found| escape::Row::new(found, scene, None)));
+        let Plan { points, free_from, free_to, method, length, checks, nodes, .. } = plan;
+        let (free_from, free_to, method, length) = (*free_from, *free_to, *method, *length);
+        let (checks, nodes) = (*checks, *nodes);
+        out.json(&Row { points, free_from, free_to, start_escape, goal_escape, method, length, checks, nodes, error })?;
         return out.finish();
     }
     for q in &plan.points {
@@ -128,14 +159,35 @@ fn print(plan: &Plan, scene: &Scene, json: bool) -> anyhow::Result<()> {
         let (length, unit) = (plan.length, report::metric_unit(scene));
         let (method, checks) = (PlanMethod::name(method), report::counted(plan.checks, "check", "checks"));
         notice::note(format!("{points}, {length:.4} {unit}, found by {method} in {checks}"));
+        if plan.start_escape.is_some() || plan.goal_escape.is_some() {
+            let (from, to) = (1 + plan.free_from, 1 + plan.free_to);
+            notice::note(format!(
+                "proved free from line {from} to line {to}; before and after, collisions get no worse"
+            ));
+        }
     }
     Ok(())
 }
 
-/// Parses the configuration of an option.
-fn config(name: &str, word: &str, scene: &Scene) -> anyhow::Result<Config> {
-    let mut configs = Configs::of_word(name, word);
-    let entry = configs.next(scene)?.with_context(|| format!("{name}: got nothing, expected a configuration"))?;
-    configs.take_notes().iter().for_each(notice::warning);
-    entry.map(|(_, q)| q).map_err(|bad| anyhow::anyhow!("{name}: {}", bad.error))
+/// Says why there is no path: an end that no escape leads out of, or the search in between.
+fn no_path(plan: &Plan, scene: &Scene) -> String {
+    let checks = report::counted(plan.checks, "check", "checks");
+    for (end, found) in [("--from", &plan.start_escape), ("--to", &plan.goal_escape)] {
+        if let Some(found) = found.as_ref().filter(|found| !found.is_found()) {
+            let pairs: Vec<String> = found
+                .colliding
+                .iter()
+                .take(MAX_NAMED_PAIRS)
+                .map(|(pair, _)| scene.pair_names(*pair).join(" and "))
+                .collect();
+            let tolerance = found.needed_tolerance.map_or(String::new(), |tolerance| {
+                format!("; with --tolerance {tolerance} there is a path out of collision")
+            });
+            return format!(
+                "no path was found in {checks}: {end} collides ({}), and no path leads out of collision{tolerance}",
+                pairs.join(", ")
+            );
+        }
+    }
+    format!("no path was found in {checks}")
 }

@@ -16,12 +16,12 @@ use crate::progress::busy;
 use crate::report;
 
 /// Help text on the output.
-const KEYS: &str = "Prints the path: one {\"q\": [...], \"place\": 2.25} a line, which the other commands read; place is where \
-on the old path the configuration stands for, here a quarter of the edge from row 2 to row 3 (rows count from 0). Every \
-configuration between two lines, along the geodesic, is proved free. With --json, one object: points (empty where no path \
-was found), places, deviation (largest distance of a point from its place, in the scene's metric), length, length_before, \
-stretches (that were replaced), gaps (that trees closed), checks. Exit status 1 where no path was found, which proves \
-nothing.";
+const KEYS: &str = "Prints the path, one {\"q\": [...], \"place\": 2.25} per line, which the other commands read. place is the \
+position on the old path that corresponds to the configuration: 2.25 is a quarter of the edge from row 2 to row 3 (rows count \
+from 0). Every configuration between two lines, along the geodesic, is proved free. With --json, prints one object: points \
+(empty if no path was found), places, deviation (largest distance of a point from its place, in the scene's metric), length, \
+length_before, stretches (number of replaced stretches), gaps (number of gaps that trees closed), checks. If no path was \
+found, the exit status is 1; that does not prove that there is none.";
 
 /// Arguments of `repair`.
 #[derive(Args)]
@@ -30,16 +30,18 @@ pub struct RepairArgs {
     /// Scene file (TOML) or URDF, or a model file
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
-    /// The path: one configuration a line, as for `query --input`; or one line with all of them, as
-    /// for `view --paths`: an array, {"path": [...]} or a JointTrajectory. `-` reads standard input
+    /// File of the path: one configuration per line, as for `query --input`; or one line with the
+    /// whole path, as for `view --paths`: an array, {"path": [...]} or a JointTrajectory. `-` reads
+    /// standard input
     #[arg(long, value_name = "FILE")]
     path: PathBuf,
-    /// Clearance in metres that configurations are pushed out to, or as much of it as is kept
-    /// nearby. By default a tenth of the radius of the smallest moving body beyond the scene's
+    /// Clearance in metres to which configurations are pushed out, or as much of it as they can
+    /// keep nearby. The default is the scene's clearance plus a tenth of the radius of the smallest
+    /// moving body
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     aim: Option<f64>,
-    /// Most that the new path may be from the old one, and rows that are cut off from the new one,
-    /// in the scene's metric
+    /// Largest distance between the new path and the old one, also for rows of the old path that
+    /// the new one cuts off, in the scene's metric
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
     /// Seed of the random numbers
@@ -51,7 +53,7 @@ pub struct RepairArgs {
     /// Give up after about this many seconds
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
-    /// Repair in this world, as for `query`: the one in which an obstacle has moved
+    /// Repair in this world, as for `query`, such as one in which an obstacle has moved
     #[arg(long, visible_alias = "scene", value_name = "WORLD")]
     world: Option<PathBuf>,
     #[command(flatten)]
@@ -82,7 +84,7 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All coordinates of the waypoints, one after another.
+/// Reads all coordinates of the waypoints, one after another.
 fn path_of(configs: &mut Configs, scene: &Scene, args: &RepairArgs) -> anyhow::Result<Vec<f64>> {
     let (mut points, mut whole) = (Vec::new(), None);
     let file = args.path.display();

@@ -1,10 +1,12 @@
 //! Two trees that grow toward each other by proved edges, straight or along contacts.
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::nodes::Nodes;
 use super::prover::Prover;
 use super::slide::Slider;
+use crate::cspace::ConfigSpace;
 use crate::metric::Metric;
 
 /// Steps of a slide toward a sample; three times as many lead toward the other tree.
@@ -16,6 +18,9 @@ const SLIDE_STEP_SHARE: f64 = 0.2;
 const STUCK_SHARE: f64 = 0.2;
 /// Nearest nodes among which the one that failed least for its distance grows.
 const CANDIDATES: usize = 16;
+/// Share of samples that keep some factors of the node nearest to them. Without such samples a
+/// chain of eight joints in a corridor takes several hundred times the checks.
+const SUBSET_SHARE: f64 = 0.5;
 
 /// Draws a configuration to grow toward.
 pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
@@ -69,6 +74,9 @@ impl<'a> RrtConnect<'a> {
                 target.copy_from_slice(self.trees[1 - grows].nodes.config(0));
             } else {
                 sample(rng, &mut target);
+                if rng.random_bool(SUBSET_SHARE) {
+                    self.trees[grows].keep_some(&prover.checker.scene().space, &mut target, rng);
+                }
             }
             let grown = self.trees[grows].grow(prover, self.slider.as_mut(), &target, (self.range, 1), SLIDE_STEPS);
             if grown.is_stuck && !is_first {
@@ -175,6 +183,23 @@ impl<'a> Tree<'a> {
         };
         let near = self.nodes.near(target, candidates).into_iter();
         near.min_by(|a, b| weighted(a).total_cmp(&weighted(b))).expect("trees have roots")
+    }
+
+    /// Replaces some factors of a drawn configuration by those of the node nearest to it. A tree
+    /// then grows from there in the other factors alone: a chain that is held along its length moves
+    /// its end.
+    fn keep_some(&self, space: &ConfigSpace, target: &mut [f64], rng: &mut ChaCha8Rng) {
+        let node = self.nodes.config(self.node_near(target, 1));
+        let factors = space.factors();
+        let redrawn = rng.random_range(1..=factors.len());
+        let only_last = rng.random_bool(0.5);
+        for (at, factor) in factors.iter().enumerate() {
+            let is_kept =
+                if only_last { at + redrawn < factors.len() } else { rng.random_range(0..factors.len()) >= redrawn };
+            if is_kept {
+                target[factor.coordinates()].copy_from_slice(&node[factor.coordinates()]);
+            }
+        }
     }
 
     fn push(&mut self, q: &[f64], parent: usize) -> usize {

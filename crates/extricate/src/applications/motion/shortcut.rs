@@ -1,26 +1,31 @@
-//! Shortens paths by proved edges between points that were not neighbours.
+//! Shortens paths by proved edges.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::prover::Prover;
+use crate::cspace::ConfigSpace;
+use crate::metric::Metric;
 
-/// Attempts for each point of the path, and the fewest. Raising either shortens paths of trees by
-/// less than a hundredth.
+/// Attempts to join points for each point of the path, and the fewest.
 const ATTEMPTS_PER_POINT: usize = 2;
 const MIN_ATTEMPTS: usize = 10;
+/// Shortening ends after this many attempts in a row that shorten nothing.
+const MAX_MISSES: usize = 24;
+/// An attempt is made only if it shortens the path by at least this share of its length.
+const MIN_GAIN_SHARE: f64 = 2e-3;
 
-/// Removes points that are not needed: tries edges between random points, then from each point to
-/// the one after its neighbour.
+/// Shortens a path: joins its points by edges, then cuts from anywhere on one edge to anywhere on
+/// another, in all joints or in one alone.
 ///
 /// # Guarantee
-/// Every edge of the result is proved if all edges of the path are. The ends stay.
+/// Every edge of the result is proved if all edges of the path are. The ends stay, and the path
+/// never becomes longer.
 ///
 /// # Source
-/// The shortcut heuristic as R. Geraerts and M. H. Overmars describe it, "Creating high-quality
-/// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280. Deviation: edges
-/// join points of the path only.
-pub fn shortcut(prover: &mut Prover, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) {
+/// The shortcut and the partial shortcut of R. Geraerts and M. H. Overmars, "Creating high-quality
+/// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280.
+pub fn shortcut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) {
     let attempts = MIN_ATTEMPTS.max(ATTEMPTS_PER_POINT * points.len());
     for _ in 0..attempts {
         if points.len() < 3 || prover.is_spent() {
@@ -32,6 +37,10 @@ pub fn shortcut(prover: &mut Prover, points: &mut Vec<Vec<f64>>, rng: &mut ChaCh
             points.drain(first + 1..last);
         }
     }
+    let mut misses = 0;
+    while misses < MAX_MISSES && points.len() > 2 && !prover.is_spent() {
+        misses = if cut(prover, metric, points, rng) { 0 } else { misses + 1 };
+    }
     let mut at = 0;
     while at + 2 < points.len() && !prover.is_spent() {
         if prover.proves(&points[at], &points[at + 2]) {
@@ -40,4 +49,58 @@ pub fn shortcut(prover: &mut Prover, points: &mut Vec<Vec<f64>>, rng: &mut ChaCh
             at += 1;
         }
     }
+}
+
+/// Draws two configurations on different edges, and replaces what is between them by a geodesic, in
+/// all factors of the space or in one of them. Returns whether that is shorter and proved.
+fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) -> bool {
+    let space = &prover.checker.scene().space;
+    let lengths: Vec<f64> = points.windows(2).map(|edge| metric.distance(&edge[0], &edge[1])).collect();
+    let total: f64 = lengths.iter().sum();
+    let mut drawn = [rng.random::<f64>() * total, rng.random::<f64>() * total];
+    drawn.sort_by(f64::total_cmp);
+    let factor = rng.random_bool(0.5).then(|| rng.random_range(0..space.factors().len()));
+    let [(first, from), (last, to)] = drawn.map(|along| at_length(space, points, &lengths, along));
+    if first == last {
+        return false;
+    }
+    let mut between = vec![from, to];
+    if let Some(factor) = factor.map(|factor| &space.factors()[factor]) {
+        let mut whole = points[first + 1..=last].to_vec();
+        let (mut along, mut straight) = (-drawn[0] + lengths[..first].iter().sum::<f64>(), vec![0.0; space.nq()]);
+        for (point, length) in whole.iter_mut().zip(&lengths[first..]) {
+            along += length;
+            let share = along / (drawn[1] - drawn[0]);
+            space.interpolate(&between[0], &between[1], share.clamp(0.0, 1.0), &mut straight);
+            point[factor.coordinates()].copy_from_slice(&straight[factor.coordinates()]);
+        }
+        between.splice(1..1, whole);
+    }
+    let length_of =
+        |points: &[Vec<f64>]| points.windows(2).map(|edge| metric.distance(&edge[0], &edge[1])).sum::<f64>();
+    if drawn[1] - drawn[0] - length_of(&between) < MIN_GAIN_SHARE * total {
+        return false;
+    }
+    let [before, after] = [&points[first], &points[last + 1]];
+    let is_proved = between.windows(2).all(|edge| prover.proves(&edge[0], &edge[1]))
+        // Parts of proved edges may be bisected at other places, so that they need proofs of their own.
+        && prover.proves(before, &between[0])
+        && prover.proves(&between[between.len() - 1], after);
+    if is_proved {
+        points.splice(first + 1..=last, between);
+    }
+    is_proved
+}
+
+/// Returns the edge that has the place `along` a path, and the configuration there.
+fn at_length(space: &ConfigSpace, points: &[Vec<f64>], lengths: &[f64], mut along: f64) -> (usize, Vec<f64>) {
+    let mut edge = 0;
+    while edge + 1 < lengths.len() && along > lengths[edge] {
+        along -= lengths[edge];
+        edge += 1;
+    }
+    let mut q = vec![0.0; space.nq()];
+    let share = if lengths[edge] > 0.0 { (along / lengths[edge]).min(1.0) } else { 0.0 };
+    space.interpolate(&points[edge], &points[edge + 1], share, &mut q);
+    (edge, q)
 }

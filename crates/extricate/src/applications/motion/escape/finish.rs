@@ -53,6 +53,7 @@ pub fn finish(search: Search, mut points: Vec<Vec<f64>>, method: EscapeMethod) -
         method: Some(method),
         colliding: relaxed.colliding.clone(),
         deepening,
+        needed_tolerance: None,
         length: path::length(context.metric, &flat, q.len()),
         max_displacement: path::max_displacement(context.metric, q, &flat),
         checks: inside.checks + outside.checks,

@@ -1,28 +1,31 @@
 //! Escape: finds a path from a colliding configuration to a free one that makes nothing worse.
 //!
 //! Read in this order: `options` (options and result), `relaxed` (the set in which the path stays),
-//! `search`, `mod` (the steps), `push`, `grow`, `finish`.
+//! `search`, `mod` (the steps), `part_pairs`, `grow`, `needed`, `finish`.
 //!
 //! 1. *Set*: pairs that collide at `q` may overlap as deeply as there; all others keep their
 //!    clearance (`relaxed`).
 //! 2. *Straight*: try an edge to the nearest exit that keeps the aimed clearance, or as much of it
 //!    as is kept nearby, then to other exits that the query met. It is proved to stay in the set.
 //! 3. *Push*: part the colliding pairs little by little, each step from the end of the last one
-//!    (`push`). Then try straight edges to more exits.
+//!    (`part_pairs`). Then try straight edges to more exits.
 //! 4. Repeat steps 2 and 3 at the scene's clearance; go on from there toward the aim.
 //! 5. *Grow*: run RRT-Connect in the set, between what was pushed and the exits (`grow`). Pushed
 //!    and grown paths are shortened.
-//! 6. *Finish*: find from where on the path is proved free, and measure it (`finish`).
+//! 6. *Finish*: find from where on the path is proved free, and measure it (`finish`). If there is
+//!    no path, find out which tolerance has one (`needed`).
 
 mod finish;
 mod grow;
+mod needed;
 mod options;
-mod push;
+mod part_pairs;
 mod relaxed;
 mod search;
 
 pub use options::{Escape, EscapeMethod, EscapeOptions};
 
+use super::path;
 use super::prover::Prover;
 use crate::collision::CheckScratch;
 use crate::cspace::Config;
@@ -63,7 +66,8 @@ impl Solver {
     }
 }
 
-fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
+/// As [`Solver::escape`], for a query within its limits.
+pub(super) fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
     let mut check = CheckScratch::default();
     let relaxed = Relaxed::at(context.checker, q, options.tolerance, &mut check);
     if relaxed.colliding.is_empty() {
@@ -73,19 +77,53 @@ fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
     let mut search = Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default() };
     search.prover.checks += 1;
     let Some((points, method)) = search.find() else {
-        return found_nothing(&search.relaxed.colliding, search.prover.checks);
+        let needed_tolerance = search.needed_tolerance();
+        return Escape { needed_tolerance, ..found_nothing(&relaxed.colliding, search.prover.checks) };
     };
     finish(search, points, method)
 }
 
+/// Shortens an escape together with the free path `onward`, which begins at its end: a straight
+/// edge from the query to a later point takes its place, if it is proved and does not collide for
+/// longer. Returns the escape, and the index of the point of `onward` at which it ends.
+pub(super) fn shortened_onward(
+    context: &Context,
+    q: &Config,
+    options: &EscapeOptions,
+    found: Escape,
+    onward: &[Vec<f64>],
+) -> (Escape, usize) {
+    let relaxed = Relaxed::at(context.checker, q, options.tolerance, &mut CheckScratch::default());
+    let colliding_length =
+        |escape: &Escape| path::length(context.metric, &escape.points[..=escape.free_from].concat(), q.len());
+    let most = colliding_length(&found);
+    let mut checks = 0;
+    for at in (1..onward.len().min(1 + MAX_SKIPPED_POINTS)).rev() {
+        let mut prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
+        if !prover.proves(q, &onward[at]) {
+            checks += prover.checks;
+            continue;
+        }
+        let search = Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+        let escape = finish(search, vec![q.to_vec(), onward[at].clone()], EscapeMethod::Exit);
+        checks += escape.checks;
+        if escape.is_found() && colliding_length(&escape) <= most {
+            return (Escape { checks: found.checks + checks, ..escape }, at);
+        }
+    }
+    (Escape { checks: found.checks + checks, ..found }, 0)
+}
+
 /// Exits besides the nearest one to which a straight edge is tried.
 const OTHER_EXITS: usize = 4;
+/// Points of a later path that a shortened escape skips at most.
+const MAX_SKIPPED_POINTS: usize = 4;
 
 /// A path, and the step that found it.
-type Found = (Vec<Vec<f64>>, EscapeMethod);
+type FoundPath = (Vec<Vec<f64>>, EscapeMethod);
 
 impl Search<'_> {
-    fn find(&mut self) -> Option<Found> {
+    fn find(&mut self) -> Option<FoundPath> {
         let wanted = self.query(1, self.aim())?;
         let (found, mut pushed) = self.lead_out(&wanted);
         if found.is_some() {
@@ -117,7 +155,7 @@ impl Search<'_> {
 
     /// Returns a path, straight or pushed, to the witness of an answer or to another exit that its
     /// query met. If there is none, also returns how far pushing came.
-    fn lead_out(&mut self, answer: &Answer) -> (Option<Found>, Vec<Vec<f64>>) {
+    fn lead_out(&mut self, answer: &Answer) -> (Option<FoundPath>, Vec<Vec<f64>>) {
         if let Some(path) = self.straight(&[answer.witness.to_vec()]) {
             return (Some((path, EscapeMethod::Nearest)), Vec::new());
         }
@@ -126,7 +164,7 @@ impl Search<'_> {
         if let Some(path) = self.straight(&met) {
             return (Some((path, EscapeMethod::Exit)), Vec::new());
         }
-        let pushed = push::push(self, answer.clearance);
+        let pushed = part_pairs::push(self, answer.clearance);
         if pushed.is_out {
             let path = self.shorter(pushed.points);
             return (Some((path, EscapeMethod::Pushed)), Vec::new());

@@ -17,17 +17,20 @@ pub const AIM_MARGIN_M: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct EscapeOptions {
-    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own. A
-    /// near end that keeps less of it, at least the scene's, is preferred to a far one. `None`:
-    /// that of the scene and 1 mm.
+    /// Clearance \[m\] for the end of the path, for pairs without one of their own. A near end with
+    /// less clearance, at least the scene's, is preferred to a far one. `None` is the scene's
+    /// clearance plus 1 mm.
     pub aim: Option<f64>,
-    /// Depth \[m\] by which a pair that collides at the query may get deeper on the way.
+    /// Depth \[m\] by which a pair that collides at the query may get deeper on the path.
     pub tolerance: f64,
-    /// Exits to which straight edges are tried, the nearest first.
+    /// Goal of a later motion: of exits that are about as near, the one nearest to it is preferred.
+    pub toward: Option<Config>,
+    /// Number of exits to which straight edges are tried, the nearest first.
     pub exits: usize,
-    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
+    /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
-    /// Checks of the trees that grow if nothing simpler leads out.
+    /// Largest number of checks of the trees, which grow only if nothing simpler leads out of
+    /// collision.
     pub tree_checks: usize,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -39,6 +42,7 @@ setters! {
     EscapeOptions {
         aim: f64 = Some,
         tolerance: f64,
+        toward: Config = Some,
         exits: usize,
         resolution: f64,
         tree_checks: usize,
@@ -53,6 +57,7 @@ impl Default for EscapeOptions {
         Self {
             aim: None,
             tolerance: 1e-3,
+            toward: None,
             exits: 6,
             resolution: 1e-4,
             tree_checks: 20_000,
@@ -63,7 +68,7 @@ impl Default for EscapeOptions {
 }
 
 impl EscapeOptions {
-    /// Checks that lengths are lengths, and that the number of exits is allowed.
+    /// Checks that the lengths and the number of exits are allowed.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option.
@@ -98,7 +103,7 @@ pub enum EscapeMethod {
     Nearest,
     /// A straight edge to another exit.
     Exit,
-    /// The colliding pairs were parted little by little.
+    /// The colliding pairs were separated step by step.
     Pushed,
     /// Trees that grew toward each other.
     Grown,
@@ -118,7 +123,8 @@ words! {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Escape {
-    /// Configurations from the query on, joined by geodesics; empty if no path was found.
+    /// Configurations of the path, the query first, joined by geodesics; empty if no path was
+    /// found.
     pub points: Vec<Vec<f64>>,
     /// Index into `points` from which on the path is proved free.
     pub free_from: usize,
@@ -126,9 +132,12 @@ pub struct Escape {
     pub method: Option<EscapeMethod>,
     /// Pairs that collide at the query, and their signed distances \[m\] there.
     pub colliding: Vec<(PairId, f64)>,
-    /// Most \[m\] that any of these was measured deeper than at the query, at the points and
-    /// between, or 0. It is proved to be at most the tolerance.
+    /// Most \[m\] that any pair of `colliding` was measured deeper than at the query, at the points
+    /// and between them, or 0. It is proved to be at most the tolerance.
     pub deepening: f64,
+    /// Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found, in units of
+    /// metres. `None` if a path was found, or if none is found with these either.
+    pub needed_tolerance: Option<f64>,
     /// Length of the path in the scene's metric.
     pub length: f64,
     /// Largest displacement \[m\] of any point of the moving geometry from the query to `points`.
@@ -157,6 +166,7 @@ pub fn found_nothing(colliding: &[(PairId, f64)], checks: usize) -> Escape {
         method: None,
         colliding: colliding.to_vec(),
         deepening: 0.0,
+        needed_tolerance: None,
         length: 0.0,
         max_displacement: 0.0,
         checks,

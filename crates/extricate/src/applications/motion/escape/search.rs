@@ -10,7 +10,10 @@ use crate::applications::motion::shortcut::shortcut;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
 use crate::query::constraints::push_nearby;
-use crate::query::{Answer, Context, Deadline, QueryOptions, QueryScratch, Termination, query};
+use crate::query::{Answer, Context, Deadline, QueryOptions, QueryScratch, Termination, Toward, query};
+
+/// Exits count as about as near as the nearest one if they are farther by at most this share.
+const TOWARD_SHARE: f64 = 0.25;
 
 pub struct Search<'a> {
     pub context: &'a Context<'a>,
@@ -29,6 +32,7 @@ impl Search<'_> {
         let options = QueryOptions {
             exits: count,
             clearance: Some(clearance),
+            toward: self.options.toward.clone().map(|goal| Toward::new(goal, TOWARD_SHARE)),
             termination: self.left(),
             ..QueryOptions::default()
         };
@@ -69,7 +73,7 @@ impl Search<'_> {
 
     pub fn shorter(&mut self, mut points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        shortcut(&mut self.prover, &mut points, &mut rng);
+        shortcut(&mut self.prover, self.context.metric, &mut points, &mut rng);
         points
     }
 

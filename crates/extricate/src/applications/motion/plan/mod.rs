@@ -1,8 +1,11 @@
 //! Plan: a proved path between two free configurations, also through narrow passages.
 //!
-//! It tries the straight edge, then RRT-Connect, which solves most open scenes in some hundred
-//! checks. While that fails, a roadmap grows beside it ([`super::roadmap`]), with four checks for
-//! each check of the trees. Every round has twice the checks of the last.
+//! 1. *Escape*: lead colliding ends out of collision ([`super::escape`]).
+//! 2. *Straight*: try the edge between the free ends.
+//! 3. *Trees*: grow RRT-Connect by straight edges, which solves most open scenes in some hundred
+//!    checks, then by slides along contacts, which find into tight holes.
+//! 4. *Roadmap*: grow a roadmap ([`super::roadmap`]). Repeat steps 3 and 4 with twice the checks.
+//! 5. *Shorten* the free path, then the escapes together with it.
 
 mod options;
 
@@ -11,6 +14,7 @@ pub use options::{Plan, PlanMethod, PlanOptions};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::escape::{Escape, EscapeOptions, escape, shortened_onward};
 use super::path;
 use super::prover::Prover;
 use super::roadmap::{Grower, Roadmap, RoadmapContext, grow};
@@ -22,10 +26,14 @@ use crate::error::{Error, Result};
 use crate::query::{Context, Deadline};
 use crate::solver::Solver;
 
-/// Checks of the trees in the first round: open scenes need a hundredth, pegs in tight holes all.
-const FIRST_ROUND_CHECKS: usize = 30_000;
-/// Checks of the roadmap for each check of the trees: what trees find at all, they find early.
-const ROADMAP_CHECKS_PER_TREE_CHECK: usize = 4;
+/// Checks of the straight trees in the first round: enough for nearly all open scenes.
+const FIRST_ROUND_CHECKS: usize = 3_000;
+/// Checks of the sliding trees for each check of the straight ones: pegs in tight holes need them
+/// all, in one go.
+const SLIDING_CHECKS_FACTOR: usize = 10;
+/// Checks of the roadmap for each check of the straight trees: what trees find at all, they find
+/// early.
+const ROADMAP_CHECKS_FACTOR: usize = 40;
 /// Maximum checks of one batch of the roadmap: only the next batch knows what it found.
 const MAX_BATCH_CHECKS: usize = 20_000;
 /// Longest edge of a tree, as a share of the metric's diameter. A half takes twice the checks in
@@ -33,15 +41,18 @@ const MAX_BATCH_CHECKS: usize = 20_000;
 const MAX_EDGE_SHARE: f64 = 0.2;
 
 impl Solver {
-    /// Returns a path between two free configurations, with every edge proved free.
+    /// Returns a path between two configurations, with every edge proved. An end that collides is
+    /// led out of collision first, as [`Solver::escape`] does, toward the other end.
     ///
     /// # Guarantee
-    /// Every configuration of the path is proved free. If none is found, [`Plan::points`] is empty,
-    /// which proves nothing. The same solver, ends and options give the same path whatever the
+    /// Every configuration of the path from [`Plan::free_from`] to [`Plan::free_to`] is proved free.
+    /// The parts before and after are escapes: no pair gets deeper than it is at the end of the
+    /// path, by more than the tolerance. If no path is found, [`Plan::points`] is empty, which
+    /// proves nothing. The same solver, ends and options give the same path whatever the
     /// number of threads, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Config`] if an end is not free, named `from` or `to`; [`Error::Option`] for an
+    /// [`Error::Config`] if an end lies beyond a limit, named `from` or `to`; [`Error::Option`] for an
     /// option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
@@ -63,10 +74,14 @@ impl Solver {
         let scene = self.scene();
         roadmap.check(&scene.space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
-        let mut prover = Prover::new(self.checker(), options.resolution, limit.clone());
+        let prover = Prover::new(self.checker(), options.resolution, limit.clone());
         for (name, end) in ["from", "to"].into_iter().zip(ends) {
-            if !prover.holds(end) {
-                return Err(not_free(&self.context(), name, end));
+            if let Some(at) = scene.space.outside(end).next() {
+                return Err(Error::Config {
+                    element: format!("{name}: coordinate {at}"),
+                    value: end[at].to_string(),
+                    expected: "a value within its limits".into(),
+                });
             }
         }
         let pool = options.pool()?;
@@ -96,20 +111,6 @@ impl Solver {
     }
 }
 
-fn not_free(context: &Context, name: &str, end: &Config) -> Error {
-    let scene = context.checker.scene();
-    if let Some(at) = scene.space.outside(end).next() {
-        let expected = "a value within its limits".into();
-        return Error::Config { element: format!("{name}: coordinate {at}"), value: end[at].to_string(), expected };
-    }
-    let pair = context.checker.colliding_pair(end, &mut Default::default());
-    let value = pair.map_or("a collision".into(), |pair| {
-        let [a, b] = scene.pair_names(pair);
-        format!("a collision of {a} and {b}")
-    });
-    Error::Config { element: name.into(), value, expected: "a free configuration; `escape` leads to one".into() }
-}
-
 struct Planner<'a> {
     context: &'a Context<'a>,
     ends: [&'a Config; 2],
@@ -122,21 +123,74 @@ struct Planner<'a> {
 
 impl Planner<'_> {
     fn plan(mut self, roadmap: &mut Roadmap) -> Plan {
+        let mut escapes = [None, None];
+        let mut free_ends = self.ends.map(|end| end.to_vec());
+        for side in 0..2 {
+            if self.prover.holds(self.ends[side]) {
+                continue;
+            }
+            let found = escape(self.context, self.ends[side], &self.escape_options(side));
+            self.prover.checks += found.checks;
+            let exit = found.points.last().cloned();
+            escapes[side] = Some(found);
+            match exit {
+                Some(exit) => free_ends[side] = exit,
+                None => return Plan::none(escapes, self.prover.checks, roadmap.len()),
+            }
+        }
         let before = roadmap.checks();
-        let found = self.find(roadmap);
+        let found = self.find(roadmap, free_ends);
         let (grown, nodes) = (roadmap.checks() - before, roadmap.len());
-        let Some((mut points, method)) = found else { return Plan::none(self.prover.checks + grown, nodes) };
+        let Some((mut points, method)) = found else {
+            return Plan::none(escapes, self.prover.checks + grown, nodes);
+        };
+        self.prover.limited(self.left(grown));
         if self.options.shortcut {
             let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-            self.prover.limited(self.left(grown));
-            shortcut(&mut self.prover, &mut points, &mut rng);
+            shortcut(&mut self.prover, self.context.metric, &mut points, &mut rng);
+        }
+        // Each turn takes the path from an end, and leaves it reversed.
+        let mut free = [0, 0];
+        for side in 0..2 {
+            if let Some(found) = escapes[side].take() {
+                let found = self.joined(side, found, &mut points);
+                free[side] = found.free_from;
+                escapes[side] = Some(found);
+            }
+            points.reverse();
         }
         let length = path::length(self.context.metric, &points.concat(), self.ends[0].len());
-        Plan { points, method: Some(method), length, checks: self.prover.checks + grown, nodes }
+        let [free_from, free_to] = [free[0], points.len() - 1 - free[1]];
+        let checks = self.prover.checks + grown;
+        let [start_escape, goal_escape] = escapes;
+        Plan { points, free_from, free_to, start_escape, goal_escape, method: Some(method), length, checks, nodes }
     }
 
-    fn find(&mut self, roadmap: &mut Roadmap) -> Option<(Vec<Vec<f64>>, PlanMethod)> {
-        let [from, to] = self.ends.map(|end| end.to_vec());
+    fn escape_options(&self, side: usize) -> EscapeOptions {
+        let PlanOptions { tolerance, resolution, seed, .. } = *self.options;
+        EscapeOptions::default()
+            .tolerance(tolerance)
+            .resolution(resolution)
+            .seed(seed)
+            .toward(self.ends[1 - side].clone())
+            .termination(self.prover.left())
+    }
+
+    /// Puts an escape before the free path that begins at its end; returns the escape, which may
+    /// have become shorter.
+    fn joined(&mut self, side: usize, found: Escape, points: &mut Vec<Vec<f64>>) -> Escape {
+        let mut end = 0;
+        let mut escape = found;
+        if self.options.shortcut {
+            let before = escape.checks;
+            (escape, end) = shortened_onward(self.context, self.ends[side], &self.escape_options(side), escape, points);
+            self.prover.checks += escape.checks - before;
+        }
+        points.splice(..=end, escape.points.iter().cloned());
+        escape
+    }
+
+    fn find(&mut self, roadmap: &mut Roadmap, [from, to]: [Vec<f64>; 2]) -> Option<(Vec<Vec<f64>>, PlanMethod)> {
         if self.prover.proves(&from, &to) {
             return Some((vec![from, to], PlanMethod::Straight));
         }
@@ -152,33 +206,35 @@ impl Planner<'_> {
         }
         let (metric, space) = (self.context.metric, &self.context.checker.scene().space);
         let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        let mut trees = RrtConnect::new(
-            metric,
-            [std::slice::from_ref(&from), std::slice::from_ref(&to)],
-            MAX_EDGE_SHARE * metric.diameter(),
-        )
-        .sliding();
+        let roots = [std::slice::from_ref(&from), std::slice::from_ref(&to)];
+        let trees = || RrtConnect::new(metric, roots, MAX_EDGE_SHARE * metric.diameter());
+        // Nodes of slides lie densely along contacts, where straight edges lead nowhere, so that
+        // each kind has trees of its own.
+        let mut planners = [(trees(), 1), (trees().sliding(), SLIDING_CHECKS_FACTOR)];
         let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
         let mut round = FIRST_ROUND_CHECKS;
         loop {
-            let limited = self.prover.limited(self.left(grower.roadmap.checks() - before).min(round));
-            let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
-            self.prover.unlimit(limited);
-            if let Some(path) = path {
-                if self.keeps {
-                    grower.keep(&path);
+            for (trees, factor) in &mut planners {
+                let left = self.left(grower.roadmap.checks() - before);
+                let limited = self.prover.limited(left.min(*factor * round));
+                let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
+                self.prover.unlimit(limited);
+                if let Some(path) = path {
+                    if self.keeps {
+                        grower.keep(&path);
+                    }
+                    return Some((path, PlanMethod::Trees));
                 }
-                return Some((path, PlanMethod::Trees));
             }
             grower.left = self.left(grower.roadmap.checks() - before);
             let [a, b] = *nodes.get_or_insert_with(|| [grower.add(&from), grower.add(&to)]);
             let begun = grower.roadmap.checks();
-            while grower.roadmap.checks() - begun < ROADMAP_CHECKS_PER_TREE_CHECK * round {
+            while grower.roadmap.checks() - begun < ROADMAP_CHECKS_FACTOR * round {
                 if grower.is_spent() {
                     return None;
                 }
                 let left = grower.left;
-                grow(&mut grower, left.min(round).min(MAX_BATCH_CHECKS));
+                grow(&mut grower, left.min(SLIDING_CHECKS_FACTOR * round).min(MAX_BATCH_CHECKS));
                 if let Some(path) = grower.solve(a, b) {
                     return Some((path, PlanMethod::Roadmap));
                 }

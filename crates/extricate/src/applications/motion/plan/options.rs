@@ -3,6 +3,7 @@
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
+use crate::applications::motion::escape::Escape;
 use crate::error::{Error, Result};
 use crate::interface::{setters, words};
 use crate::query::Termination;
@@ -11,14 +12,17 @@ use crate::query::Termination;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PlanOptions {
-    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]. Edges that
-    /// pass a body at less than about this are not found.
+    /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`]. Edges
+    /// that pass a body at less than about this distance are not found.
     pub resolution: f64,
+    /// Depth \[m\] by which a pair that collides at an end may get deeper on the way out, see
+    /// [`crate::EscapeOptions::tolerance`].
+    pub tolerance: f64,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// Threads that grow the roadmap, 0 for one a core. The path does not depend on them.
+    /// Number of threads that grow the roadmap, 0 for one per core. The path does not depend on it.
     pub threads: usize,
     /// When to give up.
     pub termination: Termination,
@@ -27,6 +31,7 @@ pub struct PlanOptions {
 setters! {
     PlanOptions {
         resolution: f64,
+        tolerance: f64,
         shortcut: bool,
         seed: u64,
         threads: usize,
@@ -38,17 +43,19 @@ impl Default for PlanOptions {
     /// Proves edges to 0.1 mm, and ends after a million checks.
     fn default() -> Self {
         let termination = Termination::after_checks(1_000_000);
-        Self { resolution: 1e-4, shortcut: true, seed: 0, threads: 0, termination }
+        Self { resolution: 1e-4, tolerance: 1e-3, shortcut: true, seed: 0, threads: 0, termination }
     }
 }
 
 impl PlanOptions {
     pub(super) fn check(&self) -> Result<()> {
-        if (0.0..=1e9).contains(&self.resolution) {
-            return Ok(());
+        let lengths = [("resolution", self.resolution), ("tolerance", self.tolerance)];
+        match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
+            Some((name, length)) => {
+                Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9".into() })
+            }
+            None => Ok(()),
         }
-        let value = self.resolution.to_string();
-        Err(Error::Option { name: "resolution", value, expected: "a length in metres, 0 to 1e9".into() })
     }
 
     pub(super) fn pool(&self) -> Result<ThreadPool> {
@@ -76,13 +83,24 @@ pub enum PlanMethod {
 
 words! { PlanMethod as "method" { Straight = "straight", Trees = "trees", Roadmap = "roadmap" } }
 
-/// A path between two free configurations, see [`crate::Solver::plan`].
+/// A path between two configurations, see [`crate::Solver::plan`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Plan {
     /// Configurations from one end to the other, joined by geodesics; empty if no path was found.
     pub points: Vec<Vec<f64>>,
-    /// The step that found the path; `None` if none did.
+    /// Index into `points` from which on the path is proved free: 0 if it begins at a free
+    /// configuration.
+    pub free_from: usize,
+    /// Index into `points` up to which the path is proved free: the last one if it ends at a free
+    /// configuration.
+    pub free_to: usize,
+    /// Path from a colliding start to the free part; `None` if the start is free. If no such path
+    /// was found, the plan has none either, and the escape says why.
+    pub start_escape: Option<Escape>,
+    /// The same from a colliding goal, which the plan takes in reverse.
+    pub goal_escape: Option<Escape>,
+    /// The step that found the free part; `None` if none did.
     pub method: Option<PlanMethod>,
     /// Length of the path in the scene's metric.
     pub length: f64,
@@ -98,7 +116,8 @@ impl Plan {
         self.method.is_some()
     }
 
-    pub(super) fn none(checks: usize, nodes: usize) -> Self {
-        Self { points: Vec::new(), method: None, length: 0.0, checks, nodes }
+    pub(super) fn none([start_escape, goal_escape]: [Option<Escape>; 2], checks: usize, nodes: usize) -> Self {
+        let points = Vec::new();
+        Self { points, free_from: 0, free_to: 0, start_escape, goal_escape, method: None, length: 0.0, checks, nodes }
     }
 }

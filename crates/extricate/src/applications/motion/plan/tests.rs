@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::applications::motion::testing::{along, labelled, peg};
-use crate::collision::CheckScratch;
+use crate::collision::{CheckScratch, signed_distances_of};
 use crate::cspace::Label;
 use crate::query::Termination;
 use crate::scene::builtin;
@@ -47,13 +47,62 @@ fn a_roadmap_leads_through_a_hole_and_is_kept() {
 }
 
 #[test]
-fn ends_that_are_not_free_are_named() {
+fn colliding_ends_are_led_out_and_get_no_deeper() {
+    let mut plans = 0;
+    for name in ["planar-arm", "dual-arm", "free-box"] {
+        let solver = Solver::new(builtin::scene(name).unwrap());
+        let colliding = labelled(solver.checker(), Label::Colliding, 6, 3);
+        let free = &labelled(solver.checker(), Label::Free, 1, 3)[0];
+        for pair in colliding.chunks_exact(2) {
+            for [from, to] in [[&pair[0], free], [free, &pair[1]], [&pair[0], &pair[1]]] {
+                let options = PlanOptions::default().termination(Termination::after_checks(30_000)).threads(1);
+                let plan = solver.plan(from, to, &options).unwrap();
+                assert_eq!(plan.start_escape.is_some(), from != free);
+                assert_eq!(plan.goal_escape.is_some(), to != free && plan.start_escape.iter().all(Escape::is_found));
+                if plan.is_found() {
+                    assert_eq!((&plan.points[0], &plan.points[plan.points.len() - 1]), (&from.to_vec(), &to.to_vec()));
+                    assert_parts(&solver, [from, to], &plan, options.tolerance);
+                    plans += 1;
+                }
+            }
+        }
+    }
+    assert!(plans > 15, "{plans}");
+}
+
+/// Asserts by samples that the free part is free, and that on the parts before and after it no pair
+/// gets deeper than at the end of the path, by more than the tolerance.
+fn assert_parts(solver: &Solver, ends: [&Config; 2], plan: &Plan, tolerance: f64) {
+    let (checker, mut scratch) = (solver.checker(), CheckScratch::default());
+    assert!(plan.free_from <= plan.free_to);
+    along(checker, &plan.points[plan.free_from..=plan.free_to], |p| {
+        assert_eq!(checker.label(p, &mut scratch), Label::Free);
+    });
+    let parts = [&plan.points[..=plan.free_from], &plan.points[plan.free_to..]];
+    for (end, part) in ends.into_iter().zip(parts) {
+        let mut pairs = Vec::new();
+        checker.colliding_pairs(end, &mut scratch, &mut pairs);
+        let before = signed_distances_of(checker, end, &pairs, &mut scratch);
+        along(checker, part, |p| {
+            let mut now = Vec::new();
+            checker.colliding_pairs(p, &mut scratch, &mut now);
+            assert!(now.iter().all(|pair| pairs.contains(pair)), "a new pair collides");
+            let distances = signed_distances_of(checker, p, &pairs, &mut scratch);
+            assert!(distances.iter().zip(&before).all(|(now, before)| now >= &(before - tolerance - 1e-9)));
+        });
+    }
+}
+
+#[test]
+fn ends_beyond_limits_are_named() {
     let solver = Solver::new(builtin::scene("planar-arm").unwrap());
     let free = &labelled(solver.checker(), Label::Free, 1, 3)[0];
-    let colliding = &labelled(solver.checker(), Label::Colliding, 1, 3)[0];
+    let mut values = free.to_vec();
+    values[1] = 100.0;
+    let beyond = &solver.scene().space.config_anywhere(&values).unwrap();
     let message = |from, to| solver.plan(from, to, &PlanOptions::default()).unwrap_err().to_string();
-    assert!(message(free, colliding).contains("to: got a collision of"), "{}", message(free, colliding));
-    assert!(message(colliding, free).contains("from: got a collision of"));
+    assert!(message(free, beyond).contains("to: coordinate 1: got 100"), "{}", message(free, beyond));
+    assert!(message(beyond, free).contains("from: coordinate 1: got 100"));
     let options = PlanOptions { resolution: f64::NAN, ..PlanOptions::default() };
     assert!(solver.plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
 }

@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::old_path::Point;
-use super::push::Pushed;
+use super::push_stretch::PushedStretch;
 use super::repairer::Repairer;
 use crate::applications::motion::rrt_connect::RrtConnect;
 use crate::cspace::sampling::uniform;
@@ -18,7 +18,7 @@ const MAX_EDGE_SHARE: f64 = 0.1;
 /// Share of samples that are pushed points between two gaps, if there are any.
 const PUSHED_SAMPLE_SHARE: f64 = 0.25;
 
-/// Pushed points: those that proved edges join to the first, those joined to the last, and others.
+/// PushedStretch points: those that proved edges join to the first, those joined to the last, and others.
 struct Parts<'a> {
     first: &'a [Point],
     between: &'a [Point],
@@ -28,8 +28,8 @@ struct Parts<'a> {
 impl Repairer<'_> {
     /// Returns the points if all edges between them are proved. Else it returns a path that leaves
     /// them before the first gap and comes back behind the last, or `None` if none is found.
-    pub(super) fn close(&mut self, pushed: Pushed) -> Option<Vec<Point>> {
-        let Pushed { points, is_joined } = pushed;
+    pub(super) fn close(&mut self, pushed: PushedStretch) -> Option<Vec<Point>> {
+        let PushedStretch { points, is_joined } = pushed;
         let gaps: Vec<usize> = (1..points.len()).filter(|at| !is_joined[*at]).collect();
         let (Some(&first), Some(&last)) = (gaps.first(), gaps.last()) else { return Some(points) };
         self.gaps += gaps.len();

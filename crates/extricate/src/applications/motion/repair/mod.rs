@@ -21,7 +21,7 @@ mod gaps;
 mod old_path;
 mod options;
 mod pull;
-mod push;
+mod push_stretch;
 mod repairer;
 
 pub use options::{RepairOptions, Repaired};
@@ -61,7 +61,7 @@ impl Solver {
 
 impl Repairer<'_> {
     fn repair(mut self) -> Repaired {
-        let stretches = self.old.colliding(push::STEP_SHARE * self.context.metric.diameter(), &mut self.prover);
+        let stretches = self.old.colliding(push_stretch::STEP_SHARE * self.context.metric.diameter(), &mut self.prover);
         let mut new: Vec<Point> = Vec::new();
         let mut from = 0.0;
         for stretch in &stretches {

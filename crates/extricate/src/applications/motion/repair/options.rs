@@ -7,7 +7,8 @@ use crate::interface::setters;
 use crate::query::{Context, Termination};
 
 /// Margin of pushed configurations beyond the scene's clearance if no aim is given, as a share of
-/// the radius of the smallest moving body. An edge between two of them may bend by as much.
+/// the radius of the smallest moving body. An edge between two such configurations may bend by as
+/// much.
 const AIM: f64 = 0.1;
 
 /// Options of a repair.
@@ -15,12 +16,12 @@ const AIM: f64 = 0.1;
 #[non_exhaustive]
 pub struct RepairOptions {
     /// Clearance \[m\] to which configurations are pushed out, for pairs without one of their own;
-    /// or as much of it as is kept nearby, at least the scene's. `None`: a tenth of the radius of
-    /// the smallest moving body beyond the scene's.
+    /// or as much of it as they can keep nearby, at least the scene's. `None` is the scene's
+    /// clearance plus a tenth of the radius of the smallest moving body.
     pub aim: Option<f64>,
-    /// Largest [`Repaired::deviation`] of a path that is accepted; `None` for no limit.
+    /// Largest accepted [`Repaired::deviation`]; `None` means no limit.
     pub max_deviation: Option<f64>,
-    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
+    /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -61,7 +62,7 @@ impl RepairOptions {
         }
     }
 
-    /// Returns the clearance that is aimed at \[m\].
+    /// Returns the clearance to aim at \[m\].
     pub(super) fn aim_over(&self, context: &Context) -> f64 {
         self.aim.unwrap_or(context.clearance + AIM * context.checker.moving_radius()).max(context.clearance)
     }
@@ -73,12 +74,12 @@ impl RepairOptions {
 pub struct Repaired {
     /// Configurations, joined by geodesics; empty if no path was found.
     pub points: Vec<Vec<f64>>,
-    /// For each point, the place on the old path that it stands for: 2.25 is a quarter of the edge
+    /// For each point, the corresponding position on the old path: 2.25 is a quarter of the edge
     /// from row 2 to row 3. Places turn time stamps of rows into those of points. They ascend, and
     /// are whole numbers for rows that stay.
     pub places: Vec<f64>,
     /// Largest distance, in metric units, of a point from its place, and of a row of the old path
-    /// from the point of the new one that stands for it.
+    /// from the corresponding point of the new one.
     pub deviation: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,
@@ -86,7 +87,7 @@ pub struct Repaired {
     pub length_before: f64,
     /// Number of stretches of the old path that were replaced.
     pub stretches: usize,
-    /// Number of gaps in them that trees had to close.
+    /// Number of gaps in these stretches that trees had to close.
     pub gaps: usize,
     /// Number of configurations at which the exact checker evaluated anything.
     pub checks: usize,

@@ -20,7 +20,7 @@ const PARALLEL_JOBS: usize = 64;
 const CHECKS_PER_DRAW: usize = 100;
 
 /// Result of one job of a batch.
-enum Found {
+enum JobResult {
     /// A drawn configuration, and the old nodes that it can be joined to.
     Node(Drawn, Vec<usize>),
     /// Trees between an island and its surroundings.
@@ -33,7 +33,7 @@ pub fn grow(grower: &mut Grower, checks: usize) {
     let islands = islands(grower);
     let jobs = jobs(grower, checks, !islands.is_empty());
     let until = grower.left.saturating_sub(checks);
-    let mut found: Vec<(Found, usize)> = Vec::with_capacity(jobs.len());
+    let mut found: Vec<(JobResult, usize)> = Vec::with_capacity(jobs.len());
     while found.len() < jobs.len() && grower.left > until && !grower.is_spent() {
         let most = PARALLEL_JOBS.min(1 + grower.left / CHECKS_PER_DRAW);
         let some = &jobs[found.len()..][..most.min(jobs.len() - found.len())];
@@ -48,7 +48,7 @@ pub fn grow(grower: &mut Grower, checks: usize) {
             (found, drawn + prover.checks - before)
         };
         let scratch = || (QueryScratch::default(), this.job_prover());
-        let more: Vec<(Found, usize)> = some.par_iter().enumerate().map_init(scratch, find).collect();
+        let more: Vec<(JobResult, usize)> = some.par_iter().enumerate().map_init(scratch, find).collect();
         grower.roadmap.drawn += some.len() as u64;
         grower.spend(more.iter().map(|(_, checks)| checks).sum());
         found.extend(more);
@@ -63,18 +63,18 @@ fn find(
     islands: &[Vec<usize>],
     memory: &mut QueryScratch,
     prover: &mut Prover,
-) -> (Found, usize) {
+) -> (JobResult, usize) {
     if prover.is_spent() {
-        return (Found::Trees(None), 0);
+        return (JobResult::Trees(None), 0);
     }
     if sampler == Sampler::Trees {
-        return (Found::Trees(grow_trees(grower, islands, index, prover)), 0);
+        return (JobResult::Trees(grow_trees(grower, islands, index, prover)), 0);
     }
     let drawn = draw(sampler, index, grower.roadmap, &grower.context, memory);
     let old = |q: &Vec<f64>| grower.joinable(q, &grower.nodes.near(q, NEIGHBOURS), prover);
     let neighbours = drawn.config.as_ref().map_or(Vec::new(), old);
     let checks = drawn.checks;
-    (Found::Node(drawn, neighbours), checks)
+    (JobResult::Node(drawn, neighbours), checks)
 }
 
 /// Returns the samplers of a batch of `checks` checks, by index. Draws of each are spread evenly
@@ -100,21 +100,21 @@ fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
 }
 
 /// Adds the results of a batch. Nodes that join no old one are tried with the other new ones.
-fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
+fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(JobResult, usize)>) {
     let old = grower.nodes.len();
     let mut new = Vec::new();
     for (sampler, (found, checks)) in jobs.iter().zip(found) {
         let of = &mut grower.roadmap.yields[*sampler];
         (of.drawn, of.checks) = (of.drawn + 1, of.checks + checks as u64);
         match found {
-            Found::Node(Drawn { config: Some(q), .. }, neighbours) => {
+            JobResult::Node(Drawn { config: Some(q), .. }, neighbours) => {
                 new.push((*sampler, grower.push(&q), neighbours));
             }
-            Found::Trees(Some(trees)) => {
+            JobResult::Trees(Some(trees)) => {
                 let is_useful = take_trees(grower, trees);
                 grower.roadmap.yields[*sampler].useful += u64::from(is_useful);
             }
-            Found::Node(..) | Found::Trees(None) => {}
+            JobResult::Node(..) | JobResult::Trees(None) => {}
         }
     }
     let this = &*grower;

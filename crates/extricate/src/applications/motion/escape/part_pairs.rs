@@ -12,7 +12,7 @@ const MIN_STEP_SHARE: f64 = 1.0 / 64.0;
 /// Descents of a step: the nearest exit of a set that is a little smaller is near.
 const STARTS_PER_STEP: usize = 2;
 
-pub struct Pushed {
+pub struct PartedPairs {
     /// The query, and a configuration for every step; every edge is proved to stay in the set.
     pub points: Vec<Vec<f64>>,
     /// Whether the last one is free.
@@ -20,7 +20,7 @@ pub struct Pushed {
 }
 
 /// Pushes the colliding pairs apart until they keep `clearance` \[m\], or a step fails.
-pub fn push(search: &mut Search, clearance: f64) -> Pushed {
+pub fn push(search: &mut Search, clearance: f64) -> PartedPairs {
     let (mut points, mut memory) = (vec![search.q.to_vec()], QueryScratch::default());
     let (mut share, mut step) = (0.0, FIRST_STEP_SHARE);
     let space = &search.context.checker.scene().space;
@@ -43,5 +43,5 @@ pub fn push(search: &mut Search, clearance: f64) -> Pushed {
             None => step *= 0.5,
         }
     }
-    Pushed { points, is_out: share >= 1.0 }
+    PartedPairs { points, is_out: share >= 1.0 }
 }

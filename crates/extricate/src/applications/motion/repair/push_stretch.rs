@@ -12,7 +12,7 @@ const MIN_STEPS: usize = 2;
 const HALVING_LEVELS: usize = 4;
 
 /// New points of a stretch, and for each whether the edge from the one before is proved.
-pub struct Pushed {
+pub struct PushedStretch {
     pub points: Vec<Point>,
     pub is_joined: Vec<bool>,
 }
@@ -20,12 +20,12 @@ pub struct Pushed {
 impl Repairer<'_> {
     /// Returns points from one place to another; the ends stay if they are free. Returns `None` if
     /// an end leads to no free configuration, or if the budget is spent.
-    pub(super) fn push(&mut self, from: f64, to: f64) -> Option<Pushed> {
+    pub(super) fn push(&mut self, from: f64, to: f64) -> Option<PushedStretch> {
         let length = self.old.length_between(from, to);
         let steps = (length / (STEP_SHARE * self.context.metric.diameter())).ceil() as usize;
         let count = if to > from { steps.max(MIN_STEPS) } else { 0 };
         self.stream.restart();
-        let mut pushed = Pushed { points: Vec::new(), is_joined: Vec::new() };
+        let mut pushed = PushedStretch { points: Vec::new(), is_joined: Vec::new() };
         for k in 0..=count {
             let place = if k == count { to } else { from + (to - from) * k as f64 / count as f64 };
             let is_end = k == 0 || k == count;
@@ -61,7 +61,7 @@ impl Repairer<'_> {
     }
 
     /// Adds a point. If the edge to it is not proved, first adds what its middle is pushed out to.
-    fn join(&mut self, last: Point, next: Point, levels: usize, pushed: &mut Pushed) {
+    fn join(&mut self, last: Point, next: Point, levels: usize, pushed: &mut PushedStretch) {
         let is_joined = self.prover.proves(&last.1, &next.1);
         if is_joined || levels == 0 || self.prover.is_spent() {
             return pushed.add(next, is_joined);
@@ -87,7 +87,7 @@ impl Repairer<'_> {
     }
 }
 
-impl Pushed {
+impl PushedStretch {
     fn add(&mut self, point: Point, is_joined: bool) {
         self.points.push(point);
         self.is_joined.push(is_joined);

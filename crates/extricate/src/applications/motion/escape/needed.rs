@@ -1,0 +1,31 @@
+//! Finds out how much deeper pairs would have to get for an escape to exist.
+
+use super::options::EscapeOptions;
+use super::relaxed::Relaxed;
+use super::search::Search;
+use crate::applications::motion::prover::Prover;
+use crate::collision::CheckScratch;
+use crate::query::{Deadline, QueryScratch};
+
+/// Tolerances that are tried if no path is found \[m\].
+const TOLERANCES_M: [f64; 4] = [1e-3, 2e-3, 5e-3, 1e-2];
+/// Checks of the trees for each of them.
+const TREE_CHECKS: usize = 500;
+
+impl Search<'_> {
+    /// Returns the least of some larger tolerances \[m\] with which a path is found.
+    pub fn needed_tolerance(&mut self) -> Option<f64> {
+        TOLERANCES_M.into_iter().filter(|tolerance| *tolerance > self.options.tolerance).find(|tolerance| {
+            let (tolerance, termination) = (*tolerance, self.left());
+            let options = EscapeOptions { tolerance, tree_checks: TREE_CHECKS, termination, ..self.options.clone() };
+            let relaxed = Relaxed::at(self.context.checker, self.q, tolerance, &mut CheckScratch::default());
+            let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
+            let (context, q) = (self.context, self.q);
+            let mut search =
+                Search { context, q, options: &options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+            let is_found = !search.prover.is_spent() && search.find().is_some();
+            self.prover.checks += search.prover.checks;
+            is_found
+        })
+    }
+}
