@@ -6,12 +6,12 @@
  *     if (auto answer = solver.query(q)) use(answer.depth(), answer.witness());
  *
  * A configuration is anything with data() and size(): std::vector, std::array, Eigen::VectorXd. With
- * EXTRICATE_WITH_EIGEN defined, poses are made of Eigen's isometries, and witnesses can be read as
- * Eigen's vectors.
+ * EXTRICATE_WITH_EIGEN defined, Eigen's isometries convert to poses, and Answer::vector() returns the
+ * witness as a vector of Eigen.
  *
- * If a call fails, it throws extricate::Error. Without exceptions (-fno-exceptions) it gives an empty
- * object, nan or false, and extricate::last_status() and last_error() say why, on each thread for the
- * calls of that thread.
+ * If a call fails, it throws extricate::Error. Without exceptions (-fno-exceptions) it returns an empty
+ * object, nan or false. extricate::last_status() and last_error() then report the reason; each thread
+ * has its own.
  *
  * A Scene and an Answer never change and are cheap to copy. A Solver and a Stream are moved, not copied.
  * Any number of threads may use one Scene, Answer or Solver at the same time; only set_options() needs a
@@ -48,7 +48,7 @@ namespace extricate {
 /// EXTRICATE_OK or another of the codes in extricate.h.
 using Status = ExtricateStatus;
 
-/// What the last call that failed on this thread says is wrong.
+/// The message of the last call that failed on this thread.
 inline std::string last_error() { return extricate_last_error(); }
 
 namespace detail {
@@ -62,11 +62,11 @@ inline Status& status() {
 inline Status last_status() { return detail::status(); }
 
 #if EXTRICATE_HAS_EXCEPTIONS
-/// A call failed: what() names file or argument, value and what was expected.
+/// Exception of a call that failed: what() names file or argument, value and what was expected.
 class Error : public std::runtime_error {
 public:
     Error(Status status, const std::string& message) : std::runtime_error(message), status_(status) {}
-    /// EXTRICATE_FILE and so on.
+    /// EXTRICATE_FILE or another code.
     Status status() const { return status_; }
 
 private:
@@ -75,7 +75,8 @@ private:
 #endif
 
 namespace detail {
-/// Whether a status is success. Any other is thrown; without exceptions it is remembered.
+/// Returns whether a status is success. Throws any other status; without exceptions, keeps it for
+/// last_status().
 inline bool succeeded(Status status) {
     detail::status() = status;
 #if EXTRICATE_HAS_EXCEPTIONS
@@ -86,14 +87,14 @@ inline bool succeeded(Status status) {
 /// Fails as a call of C does, so that last_status() and last_error() agree, and returns false.
 /// Callers return at once: another call would replace the status.
 inline bool refuse(const std::string& message) { return succeeded(extricate_refuse(message.c_str())); }
-/// A name as messages repeat it: 200 bytes at most, and no part of a character.
+/// A name as messages show it: at most 200 bytes, never cut inside a character.
 inline std::string shown(const std::string& name) {
     if (name.size() <= 200) return name;
     std::size_t end = 200;
     while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;
     return name.substr(0, end) + " ..";
 }
-/// Refuses a text with a zero in it, of which C would read nothing after the zero.
+/// Refuses a text that contains a zero, because C would read nothing after it.
 inline bool is_whole(const std::string& name, const std::string& text) {
     const std::size_t zero = text.find('\0');
     if (zero == std::string::npos) return true;
@@ -119,11 +120,11 @@ struct Range {
 };
 }  // namespace detail
 
-/// Values in a row that an answer holds: they live as long as the answer.
+/// Consecutive values that an answer holds. They live as long as the answer.
 template <class T>
 using Range = detail::Range<T>;
 
-/// A view of a configuration of the caller, or of several one after another. Nothing is copied.
+/// A view of one or more consecutive configurations of the caller. Nothing is copied.
 class Config {
 public:
     Config(const double* data, std::size_t size) : data_(data), size_(size) {}
@@ -140,7 +141,7 @@ private:
     std::size_t size_;
 };
 
-/// Where something stands: position [m] and unit quaternion x, y, z, w.
+/// A pose: position [m] and unit quaternion x, y, z, w.
 struct Pose : ExtricatePose {
     Pose(double x = 0, double y = 0, double z = 0, double qx = 0, double qy = 0, double qz = 0, double qw = 1)
         : ExtricatePose{{x, y, z}, {qx, qy, qz, qw}} {}
@@ -156,12 +157,12 @@ struct Pose : ExtricatePose {
 /// One shape, with lengths in metres. It holds its own numbers.
 class Shape {
 public:
-    /// A box of these full sides.
+    /// A box with these full sides.
     static Shape box(double x, double y, double z) { return Shape(EXTRICATE_BOX, x, y, z); }
     static Shape sphere(double radius) { return Shape(EXTRICATE_SPHERE, radius); }
     /// A cylinder along z.
     static Shape cylinder(double radius, double length) { return Shape(EXTRICATE_CYLINDER, radius, length); }
-    /// A capsule along z; `length` is that of its cylindrical part.
+    /// A capsule along z; its cylindrical part has this `length`.
     static Shape capsule(double radius, double length) { return Shape(EXTRICATE_CAPSULE, radius, length); }
     /// A mesh of corners, three numbers each, and triangles, three indices each; or its convex hull.
     static Shape mesh(std::vector<double> corners, std::vector<std::uint32_t> triangles, bool convex = false) {
@@ -171,25 +172,25 @@ public:
         shape.convex_ = convex;
         return shape;
     }
-    /// Balls of one radius around points, three numbers each. For obstacles alone.
+    /// Balls of one radius around points, three numbers each. For obstacles only.
     static Shape points(std::vector<double> points, double radius) {
         Shape shape(EXTRICATE_POINTS, radius);
         shape.points_ = std::move(points);
         return shape;
     }
-    /// Occupied cells of one side, three indices each. For obstacles alone.
+    /// Occupied cells of one side, three indices each. For obstacles only.
     static Shape voxels(std::vector<std::int32_t> cells, double side) {
         Shape shape(EXTRICATE_VOXELS, side);
         shape.cells_ = std::move(cells);
         return shape;
     }
-    /// All that lies behind the plane with this normal, at this offset along it. For obstacles alone.
+    /// Everything behind the plane with this normal, at this offset along it. For obstacles only.
     static Shape half_space(double nx, double ny, double nz, double offset) {
         Shape shape(EXTRICATE_HALF_SPACE, nx, ny, nz);
         shape.offset_ = offset;
         return shape;
     }
-    /// What is wrong with how many numbers there are; empty if nothing is.
+    /// Names the first array that does not hold three numbers per element; empty if there is none.
     std::string problem() const {
         const auto rest = [](const char* name, std::size_t count) {
             if (count % 3 == 0) return std::string();
@@ -200,7 +201,7 @@ public:
             if (!found.empty()) return found;
         return "";
     }
-    /// The shape as C has it, which points into this one.
+    /// The shape as a structure of C, which points into this object.
     ExtricateShape raw() const {
         return ExtricateShape{kind_,           {size_[0], size_[1], size_[2]}, offset_,        points_.data(),
                               points_.size() / 3, triangles_.data(),          triangles_.size() / 3, cells_.data(),
@@ -218,12 +219,12 @@ private:
     bool convex_ = false;
 };
 
-/// An obstacle; or an object for a link to hold, whose pose is in the coordinates of the link.
+/// An obstacle, or an object that a link holds. The pose of such an object is in the coordinates of the link.
 struct Obstacle {
     std::string name;
     Shape shape;
     Pose pose = Pose();
-    /// The obstacle as C has it, which points into this one.
+    /// The obstacle as a structure of C, which points into this object.
     ExtricateObstacle raw() const { return ExtricateObstacle{name.c_str(), shape.raw(), pose}; }
 };
 
@@ -233,24 +234,24 @@ inline std::vector<const char*> pointers(const std::vector<std::string>& texts) 
     for (const std::string& text : texts) all.push_back(text.c_str());
     return all;
 }
-/// Refuses an obstacle of a shape whose last point, triangle or cell is not whole.
+/// Refuses an obstacle whose shape has an incomplete last point, triangle or cell.
 inline bool is_whole(const Obstacle& obstacle) {
     const std::string problem = obstacle.shape.problem();
     return problem.empty() || refuse("obstacle \"" + shown(obstacle.name) + "\": " + problem);
 }
 }  // namespace detail
 
-/// A scene, perhaps with a model that was learned of it or of a scene like it.
+/// A scene, perhaps with a model that was learned from it or from a similar scene.
 class Scene {
 public:
-    /// No scene; it is there to be assigned to.
+    /// An empty object, to which a scene can be assigned.
     Scene() = default;
     /// Loads a scene file (TOML), a URDF or a model file.
     explicit Scene(const std::string& path) {
         take([&](ExtricateScene** out) { return extricate_load(path.c_str(), out); });
     }
-    /// A scene of the text of a scene file or of a URDF. Paths in it start from `folder`. Each of `texts` is
-    /// a path in the text, and what stands for the file there.
+    /// Makes a scene from the text of a scene file or of a URDF. Relative paths in the text start from
+    /// `folder`. Each of `texts` is a path in the text and the content that replaces that file.
     static Scene from_text(const std::string& text, const std::string& folder = "",
                            const std::vector<std::pair<std::string, std::string>>& texts = {}) {
         if (!detail::is_whole("text", text)) return Scene();
@@ -263,18 +264,18 @@ public:
             return extricate_scene_from_text(text.c_str(), folder.empty() ? nullptr : folder.c_str(), all.data(), all.size(), out);
         });
     }
-    /// A scene that comes with the library.
+    /// Makes a scene that comes with the library.
     static Scene builtin(const std::string& name) {
         return made([&](ExtricateScene** out) { return extricate_scene_builtin(name.c_str(), out); });
     }
-    /// The same scene with a model that is learned of it: stored samples, from which queries start too. See
-    /// extricate_learn().
+    /// Returns the same scene with a learned model: stored samples, which are additional starts of queries.
+    /// See extricate_learn().
     Scene learn(std::size_t labels = 0, double seconds = HUGE_VAL, std::uint64_t seed = 0, std::size_t threads = 0) const {
         return made([&](ExtricateScene** out) { return extricate_learn(get(), labels, seconds, seed, threads, out); });
     }
-    /// Writes the model that was learned of this scene to a file.
+    /// Writes the model that was learned from this scene to a file.
     bool save(const std::string& path) const { return detail::succeeded(extricate_save(get(), path.c_str())); }
-    /// Prepares the scene now, as the first query or check does otherwise.
+    /// Prepares the scene now. Otherwise the first query or check does it.
     bool prepare() const { return detail::succeeded(extricate_scene_prepare(get())); }
 
     /// The scene with obstacles at other poses.
@@ -287,7 +288,7 @@ public:
         }
         return made([&](ExtricateScene** out) { return extricate_scene_moved(get(), names.data(), all.data(), all.size(), out); });
     }
-    /// The scene with more obstacles.
+    /// The scene with additional obstacles.
     Scene with_obstacles(const std::vector<Obstacle>& obstacles) const {
         std::vector<ExtricateObstacle> all;
         for (const Obstacle& obstacle : obstacles) {
@@ -296,22 +297,22 @@ public:
         }
         return made([&](ExtricateScene** out) { return extricate_scene_with_obstacles(get(), all.data(), all.size(), out); });
     }
-    /// The scene without these obstacles, or objects that links hold.
+    /// The scene without the named obstacles or attached objects.
     Scene without(const std::vector<std::string>& names) const {
         const auto all = detail::pointers(names);
         return made([&](ExtricateScene** out) { return extricate_scene_without(get(), all.data(), all.size(), out); });
     }
-    /// The scene without any obstacle; objects that links hold stay.
+    /// The scene without any obstacle; attached objects stay.
     Scene without_obstacles() const {
         return made([&](ExtricateScene** out) { return extricate_scene_without_obstacles(get(), out); });
     }
-    /// The scene with these pairs of bodies no longer checked.
+    /// The scene that does not check these pairs of bodies.
     Scene disabled(const std::vector<std::pair<std::string, std::string>>& pairs) const {
         std::vector<const char*> all;
         for (const auto& [first, second] : pairs) all.insert(all.end(), {first.c_str(), second.c_str()});
         return made([&](ExtricateScene** out) { return extricate_scene_disabled(get(), all.data(), pairs.size(), out); });
     }
-    /// The scene with an object that a link holds, which may touch these bodies.
+    /// The scene with an object that a link holds and that may touch the bodies in `touch`.
     Scene attached(const Obstacle& object, const std::string& link, const std::vector<std::string>& touch = {}) const {
         if (!detail::is_whole(object)) return Scene();
         const ExtricateObstacle held = object.raw();
@@ -324,8 +325,8 @@ public:
     Scene in_world(const std::string& path) const {
         return made([&](ExtricateScene** out) { return extricate_scene_in_world(get(), path.c_str(), out); });
     }
-    /// The robots of the scene in the world of a text; the end of `name` (.toml, .scene, .yaml, .json) tells
-    /// what it is.
+    /// The robots of the scene in the world of a text. The ending of `name` (.toml, .scene, .yaml, .json)
+    /// sets the format.
     Scene in_world_text(const std::string& name, const std::string& text) const {
         if (!detail::is_whole("text", text)) return Scene();
         return made([&](ExtricateScene** out) {
@@ -333,23 +334,23 @@ public:
         });
     }
 
-    /// How many coordinates a configuration has.
+    /// Number of coordinates of a configuration.
     std::size_t nq() const { return extricate_scene_nq(get()); }
-    /// How many tangent coordinates there are: three for a rotation, which has four coordinates.
+    /// Number of tangent coordinates: three for a rotation, which has four coordinates.
     std::size_t nv() const { return extricate_scene_nv(get()); }
-    /// Whether a model was learned of this very scene, which save() then writes.
+    /// Whether a model was learned from exactly this scene; save() writes that model.
     bool is_learned() const { return extricate_scene_is_learned(get()); }
     /// Least distance that free configurations keep [m].
     double clearance() const { return extricate_scene_clearance(get()); }
-    /// EXTRICATE_METRIC_JOINT or another metric, by which depths are measured.
+    /// The metric in which depths are measured: EXTRICATE_METRIC_JOINT or another.
     std::uint32_t metric() const { return extricate_scene_metric(get()); }
     /// Names of the joints, in the order of coordinates.
     std::vector<std::string> joints() const { return texts(extricate_scene_joint_count(get()), extricate_scene_joint_name); }
     /// Names of the bodies, in the order of their indices.
     std::vector<std::string> bodies() const { return texts(extricate_scene_body_count(get()), extricate_scene_body_name); }
-    /// Things to know of the scene.
+    /// Warnings about the scene, such as open meshes.
     std::vector<std::string> warnings() const { return texts(extricate_scene_warning_count(get()), extricate_scene_warning); }
-    /// How many pairs of bodies are checked.
+    /// Number of checked pairs of bodies.
     std::size_t pair_count() const { return extricate_scene_pair_count(get()); }
     /// Names of the bodies of a pair.
     std::pair<std::string, std::string> names(const ExtricatePair& pair) const {
@@ -373,21 +374,22 @@ public:
         const Status status = extricate_scene_config(get(), all.data(), positions.data(), all.size(), q.data(), q.size());
         return detail::succeeded(status) ? q : std::vector<double>();
     }
-    /// The configuration of a message: a JointState, RobotState or PlanningScene; the end of `name` is .yaml or .json.
+    /// The configuration in a message: a JointState, RobotState or PlanningScene. `name` ends in .yaml or
+    /// .json.
     std::vector<double> config_text(const std::string& name, const std::string& text) const {
         if (!detail::is_whole("text", text)) return {};
         std::vector<double> q(nq());
         const Status status = extricate_scene_config_text(get(), name.c_str(), text.c_str(), q.data(), q.size());
         return detail::succeeded(status) ? q : std::vector<double>();
     }
-    /// How far two configurations are from each other, in the scene's metric.
+    /// Distance between two configurations, in the scene's metric.
     double metric_distance(Config from, Config to) const {
         double distance = std::nan("");
         if (!detail::are_as_many("from, to", from.size(), to.size())) return distance;
         detail::succeeded(extricate_metric_distance(get(), from.data(), to.data(), to.size(), &distance));
         return distance;
     }
-    /// Whether each of many configurations is free; they stand one after another.
+    /// Whether each of several consecutive configurations is free.
     std::vector<bool> check(Config rows, std::size_t threads = 0) const {
         std::size_t count = 0;
         if (!counts(rows, count)) return {};
@@ -395,8 +397,7 @@ public:
         if (!detail::succeeded(extricate_check_batch(get(), rows.data(), count, nq(), threads, free.get()))) return {};
         return std::vector<bool>(free.get(), free.get() + count);
     }
-    /// Least signed distance of any checked pair [m] at each of many configurations; they stand one after
-    /// another.
+    /// Least signed distance of any checked pair [m] at each of several consecutive configurations.
     std::vector<double> distances(Config rows, std::size_t threads = 0) const {
         std::size_t count = 0;
         if (!counts(rows, count)) return {};
@@ -405,13 +406,13 @@ public:
         return detail::succeeded(status) ? all : std::vector<double>();
     }
 
-    /// How many configurations stand in a row of numbers; 0 if it is refused, as one that is not whole is.
+    /// Number of configurations in `rows`; 0 if `rows` is refused, for example if the last one is incomplete.
     std::size_t rows_of(Config rows) const {
         std::size_t count = 0;
         counts(rows, count);
         return count;
     }
-    /// Writes how many configurations stand in a row of numbers; false if it is refused.
+    /// Writes the number of configurations in `rows`; returns false if `rows` is refused.
     bool counts(Config rows, std::size_t& count) const {
         const std::size_t size = nq();
         if (!scene_) return detail::refuse("scene: got none, expected one that was made");
@@ -423,7 +424,7 @@ public:
     }
     /// Whether there is a scene.
     explicit operator bool() const { return scene_ != nullptr; }
-    /// For the functions of extricate.h.
+    /// The handle, for the functions of extricate.h.
     const ExtricateScene* get() const { return scene_.get(); }
 
 private:
@@ -447,7 +448,7 @@ private:
     std::shared_ptr<ExtricateScene> scene_;
 };
 
-/// What is asked of a query: the members of ExtricateOptions, which extricate.h explains, in types of C++.
+/// Options of a query: the members of ExtricateOptions in types of C++. extricate.h explains them.
 struct Options {
     std::uint32_t effort = EXTRICATE_REFINED;
     std::size_t exits = 1;
@@ -463,14 +464,14 @@ struct Options {
     std::vector<std::string> locked;
     std::vector<double> toward;
     double toward_share = 0.25;
-    /// Ends a query early if it returns true. It is called on any thread, on several at once, and must not
-    /// throw.
+    /// Ends a query early if it returns true. Queries call it on any thread, and on several at once. It must
+    /// not throw.
     std::function<bool()> stop;
 };
 
 namespace detail {
-/// Options as C has them. They point into the options of C++ while they are read, and to `stop` for as long
-/// as queries may ask it.
+/// Options as a structure of C. It points into the options of C++ while C reads them, and to `stop` for as
+/// long as queries may call it.
 class RawOptions {
 public:
     RawOptions(const Options& options, std::function<bool()>* stop) : locked_(pointers(options.locked)) {
@@ -507,17 +508,17 @@ private:
 /// The answer to a query; empty if nothing free was found.
 class Answer {
 public:
-    /// No answer.
+    /// An empty answer.
     Answer() = default;
-    /// Takes an answer of C over, of a scene with so many coordinates and tangent coordinates.
+    /// Takes ownership of an answer of C. Its scene has `nq` coordinates and `nv` tangent coordinates.
     Answer(ExtricateAnswer* answer, std::size_t nq, std::size_t nv) : answer_(answer, extricate_answer_free), nq_(nq), nv_(nv) {}
-    /// Whether there is a witness. If there is none, nothing else may be asked of the answer.
+    /// Whether there is a witness. If there is none, no other function of the answer may be called.
     explicit operator bool() const { return answer_ != nullptr; }
     /// All numbers of the answer.
     const ExtricateSummary& summary() const { return *extricate_answer_summary(get()); }
     /// Distance from the query to the witness, in the scene's metric; 0 if the query is free.
     double depth() const { return summary().depth; }
-    /// Proved: no free configuration is nearer.
+    /// Proved lower bound of the depth: no free configuration is nearer.
     double lower_bound() const { return summary().lower_bound; }
     /// Share of the depth that is not proved.
     double gap() const { return summary().gap; }
@@ -525,15 +526,15 @@ public:
     double max_displacement() const { return summary().max_displacement; }
     /// Whether the query itself is free.
     bool is_free() const { return summary().is_free; }
-    /// Whether the exact checker called the witness free during this query.
+    /// Whether the exact checker found the witness free during this query.
     bool verified() const { return summary().verified; }
-    /// Whether no other distinct exit within 1 % of the depth was met.
+    /// Whether no other distinct exit within 1 % of the depth was found.
     bool unique() const { return summary().unique; }
     /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     bool cut_short() const { return summary().cut_short; }
     /// The free configuration.
     Range<double> witness() const { return {extricate_answer_witness(get()), nq_}; }
-    /// How the depth changes with the query, in tangent coordinates.
+    /// Gradient of the depth with respect to the query, in tangent coordinates.
     Range<double> gradient() const { return {extricate_answer_gradient(get()), nv_}; }
     /// Pairs that collide at the query.
     Range<ExtricatePair> colliding() const { return range<ExtricatePair>(extricate_answer_colliding); }
@@ -541,9 +542,9 @@ public:
     Range<ExtricatePair> touching() const { return range<ExtricatePair>(extricate_answer_touching); }
     /// Coordinates of the query that are beyond their limits.
     Range<std::size_t> outside() const { return range<std::size_t>(extricate_answer_outside); }
-    /// Where bodies touch at the witness.
+    /// Contacts of bodies at the witness.
     Range<ExtricateContact> contacts() const { return range<ExtricateContact>(extricate_answer_contacts); }
-    /// The distinct exits, nearest first, if more than one was asked for.
+    /// The distinct exits, nearest first, if the options request more than one.
     Range<ExtricateExit> exits() const { return range<ExtricateExit>(extricate_answer_exits); }
     /// A copy of the witness.
     std::vector<double> config() const { return {witness().begin(), witness().end()}; }
@@ -551,7 +552,7 @@ public:
     /// The witness as a vector of Eigen, which lives as long as the answer.
     Eigen::Map<const Eigen::VectorXd> vector() const { return {witness().data(), static_cast<Eigen::Index>(nq_)}; }
 #endif
-    /// For the functions of extricate.h.
+    /// The handle, for the functions of extricate.h.
     const ExtricateAnswer* get() const { return answer_.get(); }
 
 private:
@@ -574,22 +575,22 @@ Answer answered(const Scene& scene, Ask ask) {
     if (status == EXTRICATE_NOTHING_FREE || !succeeded(status)) return Answer();
     return Answer(out, scene.nq(), scene.nv());
 }
-/// A copy of `stop` whose address stays.
+/// A copy of `stop` with a fixed address.
 using Stop = std::unique_ptr<std::function<bool()>>;
 inline Stop kept(const Options& options) { return Stop(new std::function<bool()>(options.stop)); }
 }  // namespace detail
 
-/// Answers queries of a scene with options that stay, and checks. Any number of threads may use one; only
-/// set_options() needs it for itself.
+/// Answers queries of a scene with options that stay between calls, and checks configurations. Any number of
+/// threads may use one solver; only set_options() needs a solver for itself.
 class Solver {
 public:
-    /// A solver, which keeps the scene.
+    /// Makes a solver, which keeps the scene.
     explicit Solver(Scene scene, const Options& options = Options()) : scene_(std::move(scene)), stop_(detail::kept(options)) {
         const detail::RawOptions raw(options, stop_.get());
         ExtricateSolver* out = nullptr;
         if (detail::succeeded(extricate_solver_new(scene_.get(), raw.get(), &out))) solver_.reset(out);
     }
-    /// Other options for the queries that follow.
+    /// Sets the options of the queries that follow.
     bool set_options(const Options& options) {
         detail::Stop stop = detail::kept(options);
         const detail::RawOptions raw(options, stop.get());
@@ -601,14 +602,14 @@ public:
     Answer query(Config q) const {
         return detail::answered(scene_, [&](ExtricateAnswer** out) { return extricate_query(solver_.get(), q.data(), q.size(), out); });
     }
-    /// The witness of a query alone: nothing is proved but what effort `proved` or a gap of the
-    /// options ask for, which takes less time. Empty if nothing free was found.
+    /// The witness of a query alone, in less time: nothing is proved, unless the effort is EXTRICATE_PROVED
+    /// or the options set a gap. Empty if nothing free was found.
     std::vector<double> nearest_exit(Config q) const {
         std::vector<double> witness(q.size());
         const bool found = detail::succeeded(extricate_nearest_exit(solver_.get(), q.data(), q.size(), witness.data()));
         return found ? witness : std::vector<double>();
     }
-    /// Queries for so many seconds, so that the first query that counts takes as long as those that follow.
+    /// Runs queries for about this many seconds, so that the first real query is as fast as later ones.
     bool warm_up(double seconds = 0.03) const { return detail::succeeded(extricate_solver_warm_up(solver_.get(), seconds)); }
     /// Whether a configuration is within the limits and collides with nothing.
     bool check(Config q) const {
@@ -628,7 +629,7 @@ public:
         const Status status = extricate_pair_distances(solver_.get(), q.data(), q.size(), all.data(), all.size());
         return detail::succeeded(status) ? all : std::vector<double>();
     }
-    /// Whether the whole straight segment is free: proved, not sampled.
+    /// Checks whether the whole straight segment is free, by proof, not by sampling.
     ExtricateSegment check_segment(Config from, Config to, double resolution = 1e-4) const {
         ExtricateSegment segment{};
         if (!detail::are_as_many("from, to", from.size(), to.size())) return segment;
@@ -649,15 +650,15 @@ private:
     std::unique_ptr<ExtricateSolver, Free> solver_;
 };
 
-/// Answers to many queries, in the order of these.
+/// Answers to many queries, in the order of the queries.
 struct Batch {
-    /// The witnesses one after another, each of as many numbers as a query; nan if nothing free was found.
+    /// The witnesses one after another, each with as many numbers as a query; nan if nothing free was found.
     std::vector<double> witnesses;
     /// The numbers of each answer.
     std::vector<ExtricateSummary> summaries;
 };
 
-/// Queries configurations, one after another in `rows`, on many threads (0: one a core).
+/// Queries the consecutive configurations in `rows` on several threads (0: one per core).
 inline Batch query_batch(const Scene& scene, Config rows, const Options& options = Options(), std::size_t threads = 0) {
     Batch batch;
     const std::size_t nq = scene.nq();
@@ -672,11 +673,11 @@ inline Batch query_batch(const Scene& scene, Config rows, const Options& options
     return detail::succeeded(status) ? batch : Batch();
 }
 
-/// Answers queries that follow each other closely, the frames of one motion; see extricate_stream_new(). One
-/// thread at a time may use it.
+/// Answers queries that are near each other, such as the frames of one motion; see extricate_stream_new().
+/// One thread at a time may use it.
 class Stream {
 public:
-    /// A stream, which keeps the scene.
+    /// Makes a stream, which keeps the scene.
     explicit Stream(Scene scene, const Options& options = Options(), double hysteresis = 0, std::size_t starts_per_frame = 2)
         : scene_(std::move(scene)), stop_(detail::kept(options)) {
         const detail::RawOptions raw(options, stop_.get());
@@ -684,17 +685,17 @@ public:
         const Status status = extricate_stream_new(scene_.get(), raw.get(), hysteresis, starts_per_frame, &out);
         if (detail::succeeded(status)) stream_.reset(out);
     }
-    /// The answer for the next frame.
+    /// Answers the next frame.
     Answer query(Config q) {
         return detail::answered(scene_, [&](ExtricateAnswer** out) { return extricate_stream_query(stream_.get(), q.data(), q.size(), out); });
     }
-    /// Another scene of the same coordinates for the frames that follow.
+    /// Sets the scene of the frames that follow; it must have the same coordinates.
     bool set_scene(Scene scene) {
         const bool done = detail::succeeded(extricate_stream_set_scene(stream_.get(), scene.get()));
         if (done) scene_ = std::move(scene);
         return done;
     }
-    /// Forgets the frames so far: the next one is answered as a query on its own.
+    /// Forgets the frames so far; the next frame is answered as a single query.
     bool restart() { return detail::succeeded(extricate_stream_restart(stream_.get())); }
     /// Whether there is a stream; without exceptions, there is none if it could not be made.
     explicit operator bool() const { return stream_ != nullptr; }

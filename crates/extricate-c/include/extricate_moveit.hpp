@@ -1,14 +1,14 @@
-/* MoveIt's messages as text, and a start in collision repaired: no ROS is needed to build or test this.
+/* Reads MoveIt's messages as text and repairs a start in collision. Building and testing need no ROS.
  *
  *     extricate::moveit::StartFixer fixer(extricate::moveit::robot(urdf, srdf, packages));
  *     auto start = fixer.fix(planning_scene_yaml, "scene.yaml", {{"joint1", 0.3}, ...}, limits);
  *     if (start.fixed) use(start.positions);
  *
  * A PlanningScene is YAML or JSON, as `ros2 topic echo`, rosbridge and the to_block_style_yaml() of every message
- * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`.
+ * write it. Its world, attached objects, allowed collisions and padding are used; `notes` lists ignored content.
  *
- * Built without exceptions, a repair that fails gives a start that is empty and not fixed, and
- * extricate::last_status() and last_error() say why. */
+ * Without exceptions, a repair that fails returns a start that is empty and not fixed.
+ * extricate::last_status() and last_error() then report the reason. */
 #ifndef EXTRICATE_MOVEIT_HPP
 #define EXTRICATE_MOVEIT_HPP
 
@@ -25,45 +25,45 @@
 namespace extricate {
 namespace moveit {
 
-/// Joints and where they stand [rad or m].
+/// Joints and their positions [rad or m].
 using Positions = std::vector<std::pair<std::string, double>>;
 
-/// What may be done to a start.
+/// Limits of the repair of a start.
 struct FixLimits {
-    /// Most that any point of the robot, or of what it holds, may be displaced [m], 0 or more.
+    /// Largest displacement of any point of the robot, or of an object that it holds [m], 0 or more.
     double max_displacement = HUGE_VAL;
-    /// Most time [s].
+    /// Largest time [s].
     double max_seconds = 1.0;
-    /// Clearance to aim at [m]; nan for that of the scene. A start that keeps less of it, at least the scene's, is
-    /// taken before one that is farther than allowed.
+    /// Clearance to aim at [m]; nan means that of the scene. A start with less clearance, at least the scene's, is
+    /// preferred to one beyond max_displacement.
     double clearance = std::nan("");
-    /// Joints that may move, such as those of the planning group; if there are none, all may.
+    /// Joints that may move, such as those of the planning group; if the list is empty, all may.
     std::vector<std::string> joints;
 };
 
-/// What became of a start.
+/// Result of the repair of a start.
 struct FixedStart {
-    /// Whether it needed no repair.
+    /// Whether the start needed no repair.
     bool was_free = false;
-    /// Whether there is a free start, within what was allowed.
+    /// Whether a free start within the limits was found.
     bool fixed = false;
-    /// Where the joints of one coordinate stand in it. If the start was not fixed, where they stood.
+    /// Positions of the joints with one coordinate in the new start; if the start was not fixed, in the old one.
     Positions positions;
-    /// Distance from the old start to the new one, in the scene's metric; proved: none is nearer than the bound.
+    /// Distance from the old start to the new one, in the scene's metric, and its proved lower bound.
     double depth = 0, lower_bound = 0;
     /// Share of the depth that is not proved.
     double gap = 0;
     /// Largest displacement of any point from the old start to the new one [m].
     double max_displacement = 0;
-    /// What it keeps [m]: the clearance that was aimed at, or less if that would be far.
+    /// Clearance that the new start keeps [m]: the clearance to aim at, or less if that would be far.
     double clearance = 0;
-    /// What collided.
+    /// Pairs of bodies that collided.
     std::vector<std::pair<std::string, std::string>> colliding;
     /// Joints that were beyond their limits.
     std::vector<std::string> outside;
-    /// What of the message is not taken.
+    /// Content of the message that is ignored.
     std::vector<std::string> notes;
-    /// All of this in a line, for a log.
+    /// The whole result in one line, for a log.
     std::string summary;
 };
 
@@ -85,7 +85,7 @@ inline std::string quoted(const std::string& text) {
 }
 }  // namespace detail
 
-/// Folders that hold packages, where `package://` is looked up: those that ROS 2 has sourced.
+/// Folders of the packages that ROS 2 has sourced, in which `package://` is looked up.
 inline std::vector<std::string> sourced_packages() {
     std::vector<std::string> folders;
     const char* prefixes = std::getenv("AMENT_PREFIX_PATH");
@@ -95,8 +95,8 @@ inline std::vector<std::string> sourced_packages() {
     return folders;
 }
 
-/// A robot alone, of the texts of its URDF and SRDF (empty for none). `metric` is "joint", or "max-displacement",
-/// which repairs with the least displacement [m] of any point.
+/// Makes a scene of a robot alone from the texts of its URDF and SRDF (empty for none). `metric` is "joint", or
+/// "max-displacement", which minimises the largest displacement [m] of any point.
 inline Scene robot(const std::string& urdf, const std::string& srdf = "",
                    const std::vector<std::string>& packages = sourced_packages(), const std::string& metric = "joint") {
     std::string text = "metric = { kind = " + detail::quoted(metric) + " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
@@ -113,11 +113,11 @@ inline Scene robot(const std::string& urdf, const std::string& srdf = "",
 /// Repairs starts of one robot. Any number of threads may use it.
 class StartFixer {
 public:
-    /// A robot, perhaps with a model that was learned of it.
+    /// Takes a robot, perhaps with a model that was learned from it.
     explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
 
-    /// Repairs a start in the world of a message. The end of `name` tells what it is (.yaml, .json); messages repeat it. Joints
-    /// that the robot does not have are left out.
+    /// Repairs a start in the world of a message. The ending of `name` (.yaml, .json) sets the format, and error
+    /// messages contain `name`. Joints that the robot does not have are ignored.
     FixedStart fix(const std::string& planning_scene, const std::string& name, const Positions& start,
                    const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
@@ -134,7 +134,8 @@ public:
         return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
-    /// Repairs the start whose positions are in a message as text: `planning_scene` itself, or another one.
+    /// Repairs the start whose positions are in `state`, the text of a message: `planning_scene` itself or another
+    /// one.
     FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
                    const std::string& state_name, const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
@@ -146,7 +147,7 @@ public:
     const Scene& robot() const { return robot_; }
 
 private:
-    /// The last world is kept: planners ask again and again in the same one.
+    /// Keeps the last world, because planners query the same one again and again.
     Scene in_world(const std::string& text, const std::string& name) {
         const std::lock_guard<std::mutex> lock(mutex_);
         if (!world_ || text != text_) {
@@ -156,7 +157,7 @@ private:
         return world_;
     }
 
-    /// Joints of one coordinate, and which that is.
+    /// Joints with one coordinate, and the index of that coordinate.
     static std::map<std::string, std::size_t> coordinates(const Scene& world) {
         std::map<std::string, std::size_t> known;
         const std::vector<std::string> joints = world.joints();

@@ -13,15 +13,15 @@ use std::mem::MaybeUninit;
 use crate::status::{Fault, Result};
 
 /// Memory of the caller for one value; it may be uninitialised and is never read.
-pub struct Place<'a, T>(&'a mut MaybeUninit<T>);
+pub struct OutValue<'a, T>(&'a mut MaybeUninit<T>);
 
-impl<T> Place<'_, T> {
+impl<T> OutValue<'_, T> {
     pub fn put(self, value: T) {
         self.0.write(value);
     }
 }
 
-impl<T> Place<'_, *mut T> {
+impl<T> OutValue<'_, *mut T> {
     /// Hands a new handle to the caller.
     pub fn hand_over(self, value: T) {
         self.put(Box::into_raw(Box::new(value)));
@@ -29,9 +29,9 @@ impl<T> Place<'_, *mut T> {
 }
 
 /// Memory of the caller for consecutive values.
-pub struct Places<'a, T>(&'a mut [MaybeUninit<T>]);
+pub struct OutValues<'a, T>(&'a mut [MaybeUninit<T>]);
 
-impl<'a, T: Copy> Places<'a, T> {
+impl<'a, T: Copy> OutValues<'a, T> {
     /// Writes one value after another, never beyond the end.
     pub fn fill(&mut self, values: impl IntoIterator<Item = T>) {
         self.0.iter_mut().zip(values).for_each(|(place, value)| {
@@ -40,8 +40,8 @@ impl<'a, T: Copy> Places<'a, T> {
     }
 
     /// Splits the memory into parts of `size` values.
-    pub fn parts(self, size: usize) -> impl Iterator<Item = Places<'a, T>> {
-        self.0.chunks_mut(size.max(1)).map(Places)
+    pub fn parts(self, size: usize) -> impl Iterator<Item = OutValues<'a, T>> {
+        self.0.chunks_mut(size.max(1)).map(OutValues)
     }
 }
 
@@ -82,23 +82,23 @@ pub unsafe fn slice<'a, T>(at: *const T, count: usize, name: &str) -> Result<&'a
 ///
 /// # Safety
 /// The contract of this module.
-pub unsafe fn place<'a, T>(at: *mut T, name: &str) -> Result<Place<'a, T>> {
+pub unsafe fn place<'a, T>(at: *mut T, name: &str) -> Result<OutValue<'a, T>> {
     check(at, 1, name)?;
     // SAFETY: as in `exclusive`; `MaybeUninit` allows uninitialised memory.
-    Ok(Place(unsafe { &mut *at.cast::<MaybeUninit<T>>() }))
+    Ok(OutValue(unsafe { &mut *at.cast::<MaybeUninit<T>>() }))
 }
 
 /// Returns the memory that consecutive values are written to.
 ///
 /// # Safety
 /// The contract of this module.
-pub unsafe fn places<'a, T>(at: *mut T, count: usize, name: &str) -> Result<Places<'a, T>> {
+pub unsafe fn places<'a, T>(at: *mut T, count: usize, name: &str) -> Result<OutValues<'a, T>> {
     if count == 0 {
-        return Ok(Places(&mut []));
+        return Ok(OutValues(&mut []));
     }
     check(at, count, name)?;
     // SAFETY: as in `slice`; unshared by the contract. `MaybeUninit` allows uninitialised memory.
-    Ok(Places(unsafe { std::slice::from_raw_parts_mut(at.cast::<MaybeUninit<T>>(), count) }))
+    Ok(OutValues(unsafe { std::slice::from_raw_parts_mut(at.cast::<MaybeUninit<T>>(), count) }))
 }
 
 /// Reads a text in UTF-8.
@@ -138,7 +138,7 @@ pub unsafe fn texts<'a>(at: *const *const c_char, count: usize, name: &str) -> R
 /// Takes a handle back and frees it; null is ignored.
 ///
 /// # Safety
-/// The handle came from [`Place::hand_over`], and is not used again.
+/// The handle came from [`OutValue::hand_over`], and is not used again.
 pub unsafe fn take_back<T>(at: *mut T) {
     if !at.is_null() {
         // SAFETY: made by `Box::into_raw`, and given back once by the contract.

@@ -17,26 +17,26 @@ use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
 ///
-/// Configurations are lists of coordinates in the order that `extricate info SCENE` prints; angles
-/// in rad, lengths in m, rotations as unit quaternions x, y, z, w.
+/// A configuration is a list of coordinates, in the order that `extricate info SCENE` prints.
+/// Angles are in rad, lengths in m; rotations are unit quaternions x, y, z, w.
 #[derive(Parser)]
 #[command(name = "extricate", version, arg_required_else_help = true, styles = Styles::plain())]
 #[command(max_term_width = 100)]
-#[command(after_help = "Exit status: 0 done, 1 the operation failed, 2 the command line makes no sense.")]
+#[command(after_help = "Exit status: 0 done, 1 the operation failed, 2 the command line is invalid.")]
 pub struct Cli {
-    /// Print JSON, one object a line, instead of text
+    /// Print JSON, one object per line, instead of text
     #[arg(long, global = true)]
     pub json: bool,
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
 impl Cli {
-    /// Reads a command line, the name of the program first.
+    /// Reads a command line, which begins with the name of the program.
     ///
     /// # Errors
-    /// Fails as clap does, and for query options that the library refuses.
+    /// Fails if clap rejects the command line, or if the library refuses its query options.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let cli = Self::from_arg_matches(&with_groups(Self::command()).try_get_matches_from(words)?)?;
         let checked = match &cli.command {
@@ -55,9 +55,9 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Learn", &["learn"]),
     ("Files", &["sample", "import", "completions", "man"]),
 ];
-/// Width of that list in columns; it is not wrapped to the terminal.
+/// Width of the list of commands in columns; it does not follow the width of the terminal.
 const HELP_COLUMNS: usize = 80;
-/// Column at which the descriptions in that list begin.
+/// Column at which the descriptions in the list of commands begin.
 const ABOUT_COLUMN: usize = 15;
 
 /// Makes the help of the program list the commands in groups.
@@ -72,7 +72,7 @@ fn with_groups(program: clap::Command) -> clap::Command {
         listed += "\n";
     }
     let help = format!(
-        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{listed}`extricate COMMAND --help` says what a command takes.\n\n\
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{listed}`extricate COMMAND --help` explains a command.\n\n\
          Options:\n{{options}}{{after-help}}"
     );
     program.help_template(help)
@@ -94,8 +94,8 @@ fn entry(name: &str, about: &str) -> String {
     text + "\n"
 }
 
-/// Reports a query option that the library refuses, spelled as on the command line, with the usage
-/// of `command`.
+/// Returns the error for a query option that the library refuses. It spells the option as on the
+/// command line and shows the usage of `command`.
 fn refused(command: &str, error: &extricate::Error) -> clap::Error {
     let problem = match error {
         extricate::Error::Option { name, value, expected } => {
@@ -109,62 +109,63 @@ fn refused(command: &str, error: &extricate::Error) -> clap::Error {
     found.unwrap_or(program).error(ErrorKind::ArgumentConflict, problem)
 }
 
-/// One variant a command.
+/// The commands, one variant each.
 #[derive(Subcommand)]
 pub enum Command {
-    /// Learn a built-in scene, answer a thousand queries, print a table and write a page of some of
-    /// them
+    /// Learn a built-in scene, answer a thousand queries, print a table and write a page that shows
+    /// some answers
     Demo(demo::DemoArgs),
-    /// Write a world of MoveIt (.scene, PlanningScene as YAML or JSON) as a scene file
+    /// Convert a world of MoveIt (.scene, or PlanningScene as YAML or JSON) to a scene file
     Import(import::ImportArgs),
     /// Describe a scene (joints in order, pairs, warnings) or a model (its statistics)
     Info(info::InfoArgs),
-    /// Say for each configuration whether it is free, its clearance and which pairs collide
+    /// Report for each configuration whether it is free, its clearance and the pairs that collide
     Check(check::CheckArgs),
     /// Draw uniformly random configurations, as JSON lines that the other commands read
     Sample(sample::SampleArgs),
-    /// Learn a scene once, into a model file
+    /// Learn a scene once and write the result to a model file
     Learn(learn::LearnArgs),
-    /// Find for each configuration the nearest free one
+    /// Find the free configuration nearest to each given one
     Query(query::QueryArgs),
-    /// Release a hand whose fingers are inside the object that it holds, and keep its contacts
+    /// Release a hand whose fingers penetrate the object that it holds, and keep its contacts
     Grasp(grasp::GraspArgs),
-    /// Print a script with which a shell completes the command line
+    /// Print a script that lets a shell complete the command line
     Completions(shell::CompletionsArgs),
-    /// Write manual pages, one a command, to a folder
+    /// Write manual pages, one per command, to a folder
     Man(shell::ManArgs),
-    /// Measure a model and draw what was found, as a page to look at before it is trusted
+    /// Measure a model and write a page of the results, so that you can judge the model
     Report(report::ReportArgs),
-    /// Show a scene, configurations and their answers as a page for a browser
+    /// Show a scene, configurations and their answers on a page for a browser
     View(view::ViewArgs),
-    /// Find for each configuration a path out of collision, on which nothing gets worse
+    /// Find a path out of collision for each configuration, on which no collision gets worse
     Escape(escape::EscapeArgs),
-    /// Find a path between two free configurations, also through narrow passages
+    /// Find a path between two free configurations, even through narrow passages
     Plan(plan::PlanArgs),
-    /// Make a path that collides free, as near to the old one as can be
+    /// Turn a path that collides into a free one, as near to the old path as possible
     Repair(repair::RepairArgs),
 }
 
-/// Where configurations come from.
+/// Options that give the configurations.
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 pub struct InputArgs {
-    /// A configuration, its coordinates between commas: 0,0.3,0,-1.8,0,2,0.8. May be given several
-    /// times
+    /// A configuration: its coordinates, separated by commas, such as 0,0.3,0,-1.8,0,2,0.8. The
+    /// option may be repeated
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     pub q: Vec<String>,
-    /// Configurations, one a line: `{"q": [...]}`, a bare array, numbers between commas or blanks
-    /// (a first line may name their joints), or positions by joint, `{"name": [...], "position":
-    /// [...]}` or `{"q": {"joint": 0.5, ...}}`; `-` reads standard input. Empty lines and lines
-    /// that begin with # are skipped. A line that cannot be used is reported with its number on
-    /// standard error, once for lines with the same fault, with --json also as `{"line": N,
-    /// "error": "..."}` in its place; the other lines are answered and the exit status is 1
+    /// File of configurations, one per line: `{"q": [...]}`, a bare array, numbers separated by
+    /// commas or blanks (a first line may name their joints), or positions by joint, `{"name":
+    /// [...], "position": [...]}` or `{"q": {"joint": 0.5, ...}}`. `-` reads standard input. Empty
+    /// lines and lines that begin with # are skipped. If a line cannot be used, the command reports
+    /// it on standard error with its number, lines with the same fault only once. With --json it
+    /// also prints `{"line": N, "error": "..."}` in place of the answer. It answers the other
+    /// lines, and the exit status is 1
     #[arg(long, value_name = "FILE")]
     pub input: Option<PathBuf>,
 }
 
 impl InputArgs {
-    /// Opens the file, or takes the configurations of the command line.
+    /// Opens the file, or reads the configurations from the command line.
     ///
     /// # Errors
     /// Fails if the file cannot be opened.
@@ -176,13 +177,14 @@ impl InputArgs {
 /// How scenes are loaded.
 #[derive(Args, Default)]
 pub struct LoadArgs {
-    /// Folder in which `package://NAME/...` is looked up first: one that holds the folder NAME, or
-    /// the package itself. May be given several times. Then come `packages` of the scene file, the
-    /// folders that the URDF lies in, and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH
+    /// Folder to search first for `package://NAME/...`: one that contains the folder NAME, or the
+    /// package itself. The option may be repeated. The search continues in `packages` of the scene
+    /// file, the folders that contain the URDF, and the folders of AMENT_PREFIX_PATH and
+    /// ROS_PACKAGE_PATH
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     packages: Vec<PathBuf>,
-    /// Take files that hold more, or less, than usual, such as `triangles=50000000`. May be given
-    /// several times; docs/reference/limits.md lists the names, as does an unknown one
+    /// Change a limit on the content of files, such as `triangles=50000000`. The option may be
+    /// repeated. docs/reference/limits.md lists the names, as does the error for an unknown name
     #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit, help_heading = "Files")]
     load_limits: Vec<(LoadLimit, usize)>,
 }
@@ -209,12 +211,12 @@ fn load_limit(text: &str) -> Result<(LoadLimit, usize), String> {
     Ok((limit, number(most).ok_or_else(|| format!("expected a whole number after {name}="))?))
 }
 
-/// What becomes of a configuration beyond the joint limits.
+/// How a configuration beyond the joint limits is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Limits {
-    /// It is a query like any other, and not free
+    /// Accept it as a query; it is not free
     Forgive,
-    /// It is a line that cannot be used
+    /// Refuse the line that contains it
     Refuse,
 }
 
@@ -233,7 +235,7 @@ pub fn termination(max_checks: Option<usize>, max_seconds: Option<f64>) -> Termi
     termination
 }
 
-/// A goal with this share. Its configuration is a placeholder until the scene is known.
+/// Returns a goal with this share. Its configuration is a placeholder until the scene is known.
 pub fn goal_to_come(share: f64) -> Toward {
     let goal = ConfigSpace::default().config(&[]).expect("nothing is a configuration of nothing");
     Toward::new(goal, share)
@@ -269,7 +271,7 @@ pub fn length(text: &str) -> Result<f64, String> {
     checked(real(text)?, QueryOptions::clearance)
 }
 
-/// Parses a whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
+/// Parses a whole number, written with digits, or with an exponent as in `1e4` or `2.5e3`.
 fn whole_number(text: &str) -> Option<u64> {
     if let Ok(value) = text.parse() {
         return Some(value);
@@ -305,10 +307,10 @@ pub fn starts(text: &str) -> Result<usize, String> {
     checked(whole(text)?, QueryOptions::starts)
 }
 
-/// Largest number of threads; starting more takes longer than they could save anywhere.
+/// Largest number of threads; starting more takes longer than they save on any machine.
 const MAX_THREADS: usize = 1024;
 
-/// Parses a port; 0 stands for any that is free.
+/// Parses a port; 0 means any free port.
 pub fn port(text: &str) -> Result<u16, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u16::MAX))
 }

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 
 /// Runs the command line of the process. Exit codes: 0 done, 1 the operation failed, 2 (by clap)
-/// the command line makes no sense.
+/// the command line is invalid.
 pub fn run() -> ExitCode {
     let cli = match args::Cli::read(std::env::args_os()) {
         Ok(cli) => cli,
@@ -37,8 +37,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Whether the reader of standard output stopped reading, as `
-/// head` does once it has enough.
+/// Whether the reader of standard output stopped reading, as `head` does once it has enough.
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe))
 }

@@ -31,10 +31,10 @@ pub struct Progress {
     estimate: Estimate,
     started: Instant,
     next: Instant,
-    place: Place,
+    destination: Destination,
 }
 
-enum Place {
+enum Destination {
     /// Shows nothing, because rows on the terminal are progress enough.
     Nowhere,
     Lines,
@@ -44,16 +44,17 @@ enum Place {
 impl Progress {
     /// Progress of a job that prints nothing else meanwhile.
     pub fn new(title: &'static str) -> Self {
-        let place = if std::io::stderr().is_terminal() { Place::Terminal(None) } else { Place::Lines };
+        let destination =
+            if std::io::stderr().is_terminal() { Destination::Terminal(None) } else { Destination::Lines };
         let started = Instant::now();
-        Self { title, estimate: Estimate::default(), started, next: started + SILENT_TIME, place }
+        Self { title, estimate: Estimate::default(), started, next: started + SILENT_TIME, destination }
     }
 
     /// Progress of a job that writes rows to standard output as it goes.
     pub fn beside_rows(title: &'static str) -> Self {
         let mut progress = Self::new(title);
         if std::io::stdout().is_terminal() {
-            progress.place = Place::Nowhere;
+            progress.destination = Destination::Nowhere;
         }
         progress
     }
@@ -71,14 +72,14 @@ impl Progress {
         let left = left.filter(|_| fraction.is_some_and(|f| f < MAX_SHOWN_SHARE));
         let fraction = fraction.map(|f| f.clamp(0.0, MAX_SHOWN_SHARE));
         let left = left.map_or(String::new(), |seconds| format!(", about {} left", whole_duration(seconds)));
-        match &mut self.place {
-            Place::Nowhere => {}
-            Place::Lines => {
+        match &mut self.destination {
+            Destination::Nowhere => {}
+            Destination::Lines => {
                 self.next = now + PLAIN_INTERVAL;
                 let share = fraction.map_or(String::new(), |f| format!("{:.0} %, ", 100.0 * f));
                 notice::note(format_args!("{}: {share}{}{left}", self.title, message()));
             }
-            Place::Terminal(bar) => {
+            Destination::Terminal(bar) => {
                 self.next = now + REDRAW_INTERVAL;
                 let bar = bar.get_or_insert_with(|| new_bar(self.title, self.started.elapsed(), fraction.is_some()));
                 match fraction {
@@ -92,8 +93,8 @@ impl Progress {
 
     /// Runs `print`, which writes to standard error, while the bar is hidden.
     pub fn aside(&self, print: impl FnOnce()) {
-        match &self.place {
-            Place::Terminal(Some(bar)) => bar.suspend(print),
+        match &self.destination {
+            Destination::Terminal(Some(bar)) => bar.suspend(print),
             _ => print(),
         }
     }
@@ -154,7 +155,7 @@ pub fn busy<T>(what: &str, work: impl FnOnce() -> T) -> T {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Place::Terminal(Some(bar)) = &self.place {
+        if let Destination::Terminal(Some(bar)) = &self.destination {
             bar.finish_and_clear();
         }
     }

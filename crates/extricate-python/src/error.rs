@@ -115,7 +115,7 @@ pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
 /// Most threads of a call: starting more takes longer than they could save on any machine.
 const MAX_THREADS: i64 = 1024;
 
-/// Reads `value` as a number of threads; 0 stands for one per core.
+/// Reads `value` as a number of threads; 0 is one per core.
 pub fn threads(value: i64) -> PyResult<usize> {
     let count = usize::try_from(value).ok().filter(|_| value <= MAX_THREADS);
     let wrong = || PyValueError::new_err(format!("threads: got {value}, expected 0 (one per core) to {MAX_THREADS}"));

@@ -29,12 +29,12 @@ impl<News> Line<News> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// [`Line::stopped`] as a control flow.
+    /// Returns [`Line::stopped`] as a control flow.
     pub fn flow(&self) -> ControlFlow<()> {
         if self.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// [`Line::stopped`] as a stop of queries.
+    /// Returns [`Line::stopped`] as a stop of queries.
     pub fn stop(&self) -> Stop {
         let stop = Arc::clone(&self.stop);
         Stop::when(move || stop.load(Ordering::Relaxed))
@@ -98,7 +98,7 @@ pub fn run<T: Send, News: Send>(
     })
 }
 
-/// Runs `work` as [`aside`] does, but on a pool of its own, which work on many threads needs.
+/// Runs `work` as [`aside`] does, but on a pool of its own: work on many threads needs one.
 ///
 /// # Errors
 /// As [`aside`] and [`pool`].

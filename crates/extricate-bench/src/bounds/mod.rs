@@ -60,7 +60,7 @@ pub fn measure(source: &str, count: usize, seed: u64, mut output: impl Write) ->
 }
 
 #[derive(Default)]
-struct Found {
+struct BoundTally {
     queries: usize,
     within: usize,
     shares: Vec<f64>,
@@ -68,7 +68,7 @@ struct Found {
     broken: Vec<Value>,
 }
 
-impl Found {
+impl BoundTally {
     fn line(mut self, name: &str, metric: MetricKind) -> Value {
         self.shares.sort_by(f64::total_cmp);
         let at = |share: f64| self.shares.get((share * self.shares.len() as f64) as usize).copied();
@@ -91,13 +91,13 @@ impl Found {
     }
 }
 
-fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<Found> {
+fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<BoundTally> {
     let with = |clearance: &f64| Ok(Solver::new(scene.with_clearance(*clearance)?));
     let all = CLEARANCES_M.iter().map(with).collect::<Result<Vec<Solver>>>()?;
     let metrics: Vec<Metric> = all.iter().map(|world| Metric::new(world.scene().clone())).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     if !all.iter().any(|world| has_both(world, &mut rng)) {
-        return Ok(Found::default());
+        return Ok(BoundTally::default());
     }
     Ok((0..count)
         .into_par_iter()
@@ -107,7 +107,7 @@ fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<Found> {
             let at = number % all.len();
             one(&all[at], &metrics[at], number / all.len(), &mut rng, check).unwrap_or_default()
         })
-        .reduce(Found::default, Found::and))
+        .reduce(BoundTally::default, BoundTally::and))
 }
 
 /// Compares the bound of one colliding configuration. Returns `None` if none was drawn, or if
@@ -118,7 +118,7 @@ fn one(
     number: usize,
     rng: &mut ChaCha8Rng,
     check: &mut CheckScratch,
-) -> Option<Found> {
+) -> Option<BoundTally> {
     let q = colliding(world, number.is_multiple_of(NEAR_CONTACT_PERIOD), rng, check)?;
     let mut answers = Vec::new();
     let termination = Termination::after_checks(MAX_CHECKS);
@@ -159,7 +159,7 @@ fn one(
             best = distance;
         }
     }
-    let mut found = Found { queries: 1, within, ..Found::default() };
+    let mut found = BoundTally { queries: 1, within, ..BoundTally::default() };
     if bound > best * (1.0 + ROUNDING_SHARE) {
         let clearance = world.scene().clearance();
         let answers: Vec<Value> = answers

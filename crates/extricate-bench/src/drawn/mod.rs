@@ -39,7 +39,7 @@ pub fn draw(folder: &Path, seed: u64, fetched: Option<&Path>, mut output: impl W
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let mut written = BTreeSet::new();
     let mut keep = |scene: Written, output: &mut dyn Write| -> Result<()> {
-        let found = sane::look(&scene)?;
+        let found = sane::inspect(&scene)?;
         for (path, contents) in scene.all_files() {
             // Scenes share the files of their robots.
             if written.insert(path.clone()) {

@@ -18,7 +18,7 @@ const SAMPLES: usize = 1000;
 const FIRST_SAMPLES: usize = 100;
 
 #[derive(Debug)]
-pub struct Look {
+pub struct Inspection {
     /// Share of uniform configurations that collide.
     pub share: f64,
     /// Share of uniform configurations that collide with an obstacle.
@@ -28,11 +28,11 @@ pub struct Look {
 }
 
 /// Loads a scene and estimates its shares.
-pub fn look(written: &Written) -> Result<Look> {
+pub fn inspect(written: &Written) -> Result<Inspection> {
     let scene = written.assembled()?;
     let (coordinates, obstacles) = (scene.space().nq(), scene.bodies().iter().filter(|b| b.robot.is_none()).count());
     let with_obstacles = share(&Checker::new(with_obstacles(&scene)?.into()), SAMPLES);
-    Ok(Look { share: share(&Checker::new(scene.into()), SAMPLES), with_obstacles, coordinates, obstacles })
+    Ok(Inspection { share: share(&Checker::new(scene.into()), SAMPLES), with_obstacles, coordinates, obstacles })
 }
 
 /// Whether the shares of configurations that collide, and that collide with obstacles, lie in

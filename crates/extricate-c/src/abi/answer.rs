@@ -7,29 +7,30 @@ use super::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSumm
 use crate::raw;
 use crate::status::guarded;
 
-/// The numbers of an answer, such as depth and lower bound; null for null.
+/// Returns the numbers of an answer, such as depth and lower bound; null if `answer` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_summary(answer: *const ExtricateAnswer) -> *const ExtricateSummary {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| &raw const answer.summary)
 }
 
-/// The free configuration, as many numbers as the query; null for null.
+/// Returns the free configuration, with as many numbers as the query; null if `answer` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_witness(answer: *const ExtricateAnswer) -> *const f64 {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.answer.witness.as_ptr())
 }
 
-/// How the depth changes with the query: `nv` numbers, in tangent coordinates; null for null.
+/// Returns the gradient of the depth with respect to the query: `nv` numbers, in tangent
+/// coordinates; null if `answer` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_gradient(answer: *const ExtricateAnswer) -> *const f64 {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.answer.gradient.as_ptr())
 }
 
-/// Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
-/// reported: returns how many, and points to them.
+/// Returns the number of pairs that collide at the query, and points `pairs` to them. With
+/// EXTRICATE_NEAREST it is one pair, unless the options request contacts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_colliding(
     answer: *const ExtricateAnswer,
@@ -39,7 +40,7 @@ pub unsafe extern "C" fn extricate_answer_colliding(
     unsafe { list(answer, pairs, |answer| &answer.colliding) }
 }
 
-/// Pairs that touch at the witness: returns how many, and writes where they are.
+/// Returns the number of pairs that touch at the witness, and points `pairs` to them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_touching(
     answer: *const ExtricateAnswer,
@@ -49,8 +50,8 @@ pub unsafe extern "C" fn extricate_answer_touching(
     unsafe { list(answer, pairs, |answer| &answer.touching) }
 }
 
-/// Coordinates of the query that are beyond their limits: returns how many, and points to their
-/// indices.
+/// Returns the number of coordinates of the query that are beyond their limits, and points
+/// `coordinates` to their indices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_outside(
     answer: *const ExtricateAnswer,
@@ -60,7 +61,7 @@ pub unsafe extern "C" fn extricate_answer_outside(
     unsafe { list(answer, coordinates, |answer| &answer.answer.outside) }
 }
 
-/// Where bodies touch at the witness: returns how many contacts, and writes where they are.
+/// Returns the number of contacts at the witness, and points `contacts` to them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_contacts(
     answer: *const ExtricateAnswer,
@@ -70,8 +71,8 @@ pub unsafe extern "C" fn extricate_answer_contacts(
     unsafe { list(answer, contacts, |answer| &answer.contacts) }
 }
 
-/// The distinct exits, nearest first, if more than one was requested: returns how many, and writes
-/// where they are.
+/// Returns the number of distinct exits, if the options request more than one, and points `exits`
+/// to them, nearest first.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_exits(
     answer: *const ExtricateAnswer,

@@ -10,14 +10,14 @@ use super::describe;
 use super::handles::ExtricateScene;
 use super::types::{ExtricateOptions, ExtricateStatus, ExtricateSummary};
 use crate::options::{Wanted, threads as thread_count};
-use crate::raw::{self, Places};
+use crate::raw::{self, OutValues};
 use crate::status::{Fault, Result, guarded};
 
-/// The nearest free configurations to `count` queries, one after another in `q`, of `nq` numbers
-/// each. Writes `count` witnesses in the same order and `count` summaries. If nothing free was
-/// found for a query, `found` of its summary is false and its witness is nan. Each answer is that
-/// of extricate_query() alone, whatever the number of threads (0: one a core). One wrong row fails
-/// the call before anything is queried.
+/// Finds the nearest free configurations to `count` queries, which follow one another in `q`, `nq`
+/// numbers each. Writes `count` witnesses and `count` summaries, in the same order. If nothing free
+/// was found for a query, `found` of its summary is false and its witness is nan. Each answer
+/// equals that of extricate_query(), with any number of threads (0: one per core). If a row is
+/// wrong, the call fails before the first query.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)]
 pub unsafe extern "C" fn extricate_query_batch(
@@ -60,8 +60,8 @@ pub unsafe extern "C" fn extricate_query_batch(
     })
 }
 
-/// Whether each of `count` configurations is free, as extricate_check() tells it of one. They stand
-/// one after another in `q`, of `nq` numbers each; `threads` is 0 for one a core.
+/// Checks whether each of `count` configurations is free, as extricate_check() does for one. They
+/// follow one another in `q`, `nq` numbers each. `threads` is 0 for one per core.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check_batch(
     scene: *const ExtricateScene,
@@ -84,9 +84,9 @@ pub unsafe extern "C" fn extricate_check_batch(
     })
 }
 
-/// The least signed distance of any checked pair \[m\] at each of `count` configurations, as
-/// extricate_distance() tells it of one. They stand one after another in `q`, of `nq` numbers each;
-/// `threads` is 0 for one a core.
+/// Computes the least signed distance of any checked pair \[m\] at each of `count` configurations,
+/// as extricate_distance() does for one. They follow one another in `q`, `nq` numbers each.
+/// `threads` is 0 for one per core.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_distance_batch(
     scene: *const ExtricateScene,
@@ -134,14 +134,14 @@ fn configs(
     rows.map(|(row, q)| config(q).map_err(|fault| named(row, fault))).collect()
 }
 
-/// Rows that a thread takes for one lock of the shared queue.
+/// Number of rows that a thread takes per lock of the shared queue.
 const PART_ROWS: usize = 256;
 
 /// Writes `of` of each configuration to `out`, on `threads` threads (0: one per core).
 fn map<T: Copy + Send>(
     configs: &[Config],
     threads: usize,
-    out: Places<'_, T>,
+    out: OutValues<'_, T>,
     of: impl Fn(&Config, &mut CheckScratch) -> T + Sync,
 ) {
     let cores = || std::thread::available_parallelism().map_or(1, |cores| cores.get());

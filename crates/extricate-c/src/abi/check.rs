@@ -10,8 +10,8 @@ use super::types::{ExtricateSegment, ExtricateStatus};
 use crate::raw;
 use crate::status::{Fault, guarded};
 
-/// Whether a configuration is free: within all limits, and every checked pair keeps the clearance.
-/// Exact, on the geometry of the scene.
+/// Checks whether a configuration is free: it is within all limits, and every checked pair keeps
+/// the clearance. The result is exact for the geometry of the scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check(
     solver: *const ExtricateSolver,
@@ -32,8 +32,9 @@ pub unsafe extern "C" fn extricate_check(
     })
 }
 
-/// Least signed distance of any checked pair \[m\]: negative if two bodies overlap, infinity if no
-/// pair is checked. It is exact if it is positive, and of convex shapes always.
+/// Computes the least signed distance of any checked pair \[m\]: negative if two bodies overlap,
+/// infinity if no pair is checked. A positive distance is exact; between convex shapes, every
+/// distance is exact.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_distance(
     solver: *const ExtricateSolver,
@@ -53,8 +54,9 @@ pub unsafe extern "C" fn extricate_distance(
     })
 }
 
-/// Signed distances of all checked pairs \[m\], in the order of extricate_scene_pair().
-/// There are as many as extricate_scene_pair_count() says, and `pair_count` has to be that number.
+/// Computes the signed distances of all checked pairs \[m\], in the order of
+/// extricate_scene_pair(). `pair_count` must be the number that extricate_scene_pair_count()
+/// returns.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_pair_distances(
     solver: *const ExtricateSolver,
@@ -79,9 +81,9 @@ pub unsafe extern "C" fn extricate_pair_distances(
     })
 }
 
-/// Whether the whole straight segment from one configuration to another is free: proved, not
-/// sampled. Both ends must be within the limits. `resolution` is how closely a first contact is
-/// enclosed \[m\]; 1e-4 is usual.
+/// Checks whether the whole straight segment from one configuration to another is free, by proof,
+/// not by sampling. Both ends must be within the limits. The first contact is located to within
+/// `resolution` \[m\]; 1e-4 is usual.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check_segment(
     solver: *const ExtricateSolver,
@@ -107,7 +109,8 @@ pub unsafe extern "C" fn extricate_check_segment(
     })
 }
 
-/// How far two configurations are from each other, in the metric of the scene: that of depths.
+/// Computes the distance between two configurations in the scene's metric, which also measures
+/// depths.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_metric_distance(
     scene: *const ExtricateScene,

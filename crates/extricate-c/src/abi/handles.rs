@@ -8,14 +8,15 @@ use extricate::{Answer, Config, Scene, Solver, Stream, StreamOptions};
 use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
 use crate::status::{Result, c_string};
 
-/// A scene, perhaps with a model that was learned of it or of a scene like it. It never changes.
+/// A scene, perhaps with a model that was learned from it or from a similar scene. It never
+/// changes.
 pub struct ExtricateScene {
     /// Solver with the default options.
     pub(crate) solver: Solver,
     names: OnceLock<Names>,
 }
 
-/// A scene with options of queries. Only extricate_solver_set_options() changes it.
+/// A scene with query options. Only extricate_solver_set_options() changes it.
 pub struct ExtricateSolver {
     /// Solver with the options of the caller.
     pub(crate) solver: Solver,
@@ -23,7 +24,8 @@ pub struct ExtricateSolver {
     pub(crate) refuse_outside: bool,
 }
 
-/// Queries that follow each other closely, each of which begins with the exit of the one before.
+/// A sequence of queries that are near each other. Each query starts from the exit of the one
+/// before.
 pub struct ExtricateStream {
     /// Solver of the scene in which the stream began, with the options of its queries.
     pub(crate) first: ExtricateSolver,
@@ -34,7 +36,7 @@ pub struct ExtricateStream {
     pub(crate) stream: Option<Stream>,
 }
 
-/// The answer to a query. It never changes, and what its functions point to lives as long as it.
+/// The answer to a query. It never changes, and pointers into it stay valid until it is freed.
 pub struct ExtricateAnswer {
     pub(crate) summary: ExtricateSummary,
     pub(crate) colliding: Vec<ExtricatePair>,
@@ -54,7 +56,7 @@ pub struct Names {
     pub warnings: Vec<CString>,
 }
 
-/// Checks at compile time what the header promises: threads may share scenes and solvers.
+/// Checks at compile time that threads may share scenes and solvers, as the header promises.
 const _: fn() = || {
     fn is_shared<T: Send + Sync>() {}
     is_shared::<ExtricateScene>();
@@ -85,7 +87,7 @@ impl ExtricateSolver {
     /// Reads a configuration to query.
     ///
     /// # Errors
-    /// If it is of the wrong length, not finite, or beyond limits while that is refused.
+    /// If it has the wrong length, is not finite, or is beyond limits and the options refuse that.
     pub fn config(&self, q: &[f64]) -> Result<Config> {
         let scene = self.solver.scene();
         Ok(if self.refuse_outside { scene.config(q) } else { scene.space().config_anywhere(q) }?)

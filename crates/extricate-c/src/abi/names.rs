@@ -14,16 +14,16 @@ use crate::numbers::{METRICS, number};
 use crate::raw;
 use crate::status::{Fault, guarded, last_error};
 
-/// What the last call that failed on this thread says is wrong: file or argument, value, and what
-/// was expected. It is empty if none failed, and stays until the next call on this thread fails, or
-/// the thread ends: destructors of its variables may find that messages are gone.
+/// Returns the message of the last call that failed on this thread: file or argument, value, and
+/// what was expected. The message is empty if no call failed. It stays until the next call on this
+/// thread fails, or the thread ends; destructors of the thread's variables may find it gone.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_last_error() -> *const c_char {
     last_error(CStr::as_ptr)
 }
 
 /// Fails with this message and EXTRICATE_ARGUMENT. A layer on top of this interface calls it to
-/// refuse an argument as the functions here do: extricate_last_error() then gives the message.
+/// refuse an argument as the functions here do: extricate_last_error() then returns the message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_refuse(message: *const c_char) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -31,48 +31,51 @@ pub unsafe extern "C" fn extricate_refuse(message: *const c_char) -> ExtricateSt
     guarded(|| Err(Fault::argument(message?)))
 }
 
-/// Version of the library, such as "0.2.0".
+/// Returns the version of the library, such as "0.2.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// EXTRICATE_ABI of the library; a program that was compiled with another one must not go on.
+/// Returns EXTRICATE_ABI of the library. A program that was compiled with another value must not
+/// continue.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_abi() -> u32 {
     EXTRICATE_ABI
 }
 
-/// How many coordinates a configuration has; 0 for null.
+/// Returns the number of coordinates of a configuration; 0 if `scene` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_nq(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().space().nq())
 }
 
-/// How many tangent coordinates there are: one for each coordinate, but three for a rotation, which
-/// has four coordinates; 0 for null.
+/// Returns the number of tangent coordinates: one for each coordinate, but three for a rotation,
+/// which has four coordinates; 0 if `scene` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_nv(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().space().nv())
 }
 
-/// How many joints have coordinates; 0 for null. They are counted in the order of coordinates.
+/// Returns the number of joints that have coordinates; 0 if `scene` is null. Indices of joints
+/// follow the order of coordinates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().joints().len())
 }
 
-/// Name of a joint, which lives as long as the scene; null if there is no such joint.
+/// Returns the name of a joint, which lives as long as the scene; null if there is no such joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().joints, index))
 }
 
-/// The first coordinate of a joint and how many it has; 0 and 0 if there is no such joint.
+/// Writes the first coordinate of a joint and the number of its coordinates; 0 and 0 if there is no
+/// such joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_coordinates(
     scene: *const ExtricateScene,
@@ -92,8 +95,9 @@ pub unsafe extern "C" fn extricate_scene_joint_coordinates(
     })
 }
 
-/// Limits of all coordinates: `nq` lower and `nq` upper ones. Those of a continuous joint are minus
-/// and plus pi, which are the same place; those of a quaternion are minus and plus 1.
+/// Writes the limits of all coordinates: `nq` lower and `nq` upper ones. A continuous joint has
+/// minus and plus pi, which are the same position. The coordinates of a quaternion have minus and
+/// plus 1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_limits(
     scene: *const ExtricateScene,
@@ -126,8 +130,8 @@ pub unsafe extern "C" fn extricate_scene_limits(
     })
 }
 
-/// The configuration in which the joints of these names have these positions, one number each \[rad
-/// or m\]. Locked, mimic and fixed joints may be among them, as robots report them.
+/// Writes the configuration in which the named joints have these positions, one number each \[rad
+/// or m\]. Locked, mimic and fixed joints may be among them, because robots report them too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_config(
     scene: *const ExtricateScene,
@@ -154,9 +158,9 @@ pub unsafe extern "C" fn extricate_scene_config(
     })
 }
 
-/// The configuration that a message of ROS holds as text: a JointState, alone or in a RobotState, a
-/// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json. Messages
-/// of errors say `name`.
+/// Writes the configuration in a text that holds a ROS message: a JointState, alone or in a
+/// RobotState, a PlanningScene or a planning request. The ending of `name` sets the format, .yaml
+/// or .json. Error messages contain `name`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_config_text(
     scene: *const ExtricateScene,
@@ -182,28 +186,29 @@ pub unsafe extern "C" fn extricate_scene_config_text(
     })
 }
 
-/// How many bodies there are: links with geometry, obstacles, attached objects; 0 for null.
+/// Returns the number of bodies: links with geometry, obstacles and attached objects; 0 if `scene`
+/// is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_body_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().bodies().len())
 }
 
-/// Name of a body, which lives as long as the scene; null if there is no such body.
+/// Returns the name of a body, which lives as long as the scene; null if there is no such body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_body_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().bodies, index))
 }
 
-/// How many pairs of bodies are checked; 0 for null.
+/// Returns the number of checked pairs of bodies; 0 if `scene` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_pair_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().pairs().len())
 }
 
-/// A checked pair; both indices are SIZE_MAX if there is no such pair.
+/// Returns a checked pair; both indices are SIZE_MAX if there is no such pair.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, index: usize) -> ExtricatePair {
     // SAFETY: the contract of this module.
@@ -212,15 +217,15 @@ pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, inde
     pair.map_or(super::describe::NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
 }
 
-/// Least distance that free configurations keep, but for pairs with one of their own \[m\]; nan for
-/// null.
+/// Returns the least distance that free configurations keep \[m\], except for pairs with a
+/// clearance of their own; nan if `scene` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_clearance(scene: *const ExtricateScene) -> f64 {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(f64::NAN, |scene| scene.scene().clearance())
 }
 
-/// EXTRICATE_METRIC_JOINT or another metric, by which depths are measured.
+/// Returns the metric in which depths are measured: EXTRICATE_METRIC_JOINT or another.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_metric(scene: *const ExtricateScene) -> u32 {
     // SAFETY: the contract of this module.
@@ -228,23 +233,24 @@ pub unsafe extern "C" fn extricate_scene_metric(scene: *const ExtricateScene) ->
     scene.map_or(EXTRICATE_METRIC_JOINT, |scene| number(METRICS, scene.scene().metric()))
 }
 
-/// Whether a model was learned of this very scene, which extricate_save() then writes. A changed
-/// scene keeps the model of the scene before, whose samples are starts of queries there.
+/// Returns whether a model was learned from exactly this scene; extricate_save() writes that model.
+/// A changed scene keeps the model of the original scene, whose samples are additional starts of
+/// queries.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_is_learned(scene: *const ExtricateScene) -> bool {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.is_ok_and(|scene| scene.solver.is_learned())
 }
 
-/// How many warnings there are, things to know of the scene: open meshes, defaults taken, what a
-/// message of MoveIt says that is not taken; 0 for null.
+/// Returns the number of warnings about the scene, such as open meshes, defaults that were assumed,
+/// and ignored content of a message of MoveIt; 0 if `scene` is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_warning_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().warnings().len())
 }
 
-/// A warning, which lives as long as the scene; null if there is no such warning.
+/// Returns a warning, which lives as long as the scene; null if there is no such warning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_warning(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.

@@ -17,8 +17,8 @@ use crate::options::threads as thread_count;
 use crate::raw;
 use crate::status::{Fault, Result, guarded};
 
-/// Loads a scene file (TOML); a URDF, as a scene of that robot alone; or a model file, as the scene
-/// that was learned, with the model.
+/// Loads a scene file (TOML), a URDF as a scene of that robot alone, or a model file as the learned
+/// scene with its model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_load(path: *const c_char, scene: *mut *mut ExtricateScene) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -30,11 +30,11 @@ pub unsafe extern "C" fn extricate_load(path: *const c_char, scene: *mut *mut Ex
     })
 }
 
-/// Makes a scene of the text of a scene file (TOML) or of a URDF, without a file.
+/// Makes a scene from the text of a scene file (TOML) or of a URDF, without a file.
 ///
-/// Paths in it start from `folder`, null for the working directory. If a path in the text is one of
-/// `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
-/// Meshes are read from files.
+/// Relative paths in the text start from `folder`; null means the working directory. If `texts`
+/// contains a path of the text, its content replaces that file, so a URDF in memory needs no file
+/// either. Meshes are read from files.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_from_text(
     text: *const c_char,
@@ -70,12 +70,12 @@ pub unsafe extern "C" fn extricate_scene_builtin(
     })
 }
 
-/// Learns a model of the scene: stored samples, from which queries start too. It takes seconds for
-/// most robots. The result is the same scene with the model.
+/// Learns a model of the scene: stored samples, which are additional starts of queries. Learning
+/// takes seconds for most robots. Writes the same scene with the model to `model`.
 ///
-/// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
-/// than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
-/// and seed alone, unless the limit in seconds ended learning.
+/// `labels` is the number of exact checks to spend, 0 for the default. `seconds` limits the time;
+/// it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
+/// depends only on scene, labels and seed, unless the time limit ended learning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_learn(
     scene: *const ExtricateScene,
@@ -112,8 +112,8 @@ pub unsafe extern "C" fn extricate_save(model: *const ExtricateScene, path: *con
     })
 }
 
-/// Prepares the scene for queries, as the first query or check of it does if this was not called.
-/// It takes milliseconds to seconds, the longest for meshes.
+/// Prepares the scene for queries. Without this call, the first query or check does it. Preparation
+/// takes milliseconds to seconds, the longest for meshes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_prepare(scene: *const ExtricateScene) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn extricate_scene_prepare(scene: *const ExtricateScene) -
     })
 }
 
-/// Frees a scene; solvers, streams and answers that were made of it stay.
+/// Frees a scene; solvers, streams and answers that were made from it stay valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_free(scene: *mut ExtricateScene) {
     guarded(|| {

@@ -1,4 +1,4 @@
-//! Functions of solvers: single queries, with options that are kept between calls.
+//! Functions of solvers: single queries, with options that stay between calls.
 
 #![allow(unsafe_code)]
 
@@ -11,7 +11,7 @@ use crate::options::{Wanted, defaults};
 use crate::raw;
 use crate::status::{Fault, guarded};
 
-/// Fills in the usual options.
+/// Fills in the default options.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_options_init(options: *mut ExtricateOptions) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -22,8 +22,8 @@ pub unsafe extern "C" fn extricate_options_init(options: *mut ExtricateOptions) 
     })
 }
 
-/// Makes a solver, which answers queries of the scene with these options. It keeps the scene, and
-/// shares what is prepared of it. Options are read now; null stands for the usual ones.
+/// Makes a solver, which answers queries of the scene with these options. The solver keeps the
+/// scene and shares its prepared data. The call copies the options; null means the defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_solver_new(
     scene: *const ExtricateScene,
@@ -41,8 +41,8 @@ pub unsafe extern "C" fn extricate_solver_new(
     })
 }
 
-/// Gives a solver other options for the queries that follow; null stands for the usual ones. No
-/// other thread may use the solver meanwhile.
+/// Sets the options of a solver for the queries that follow; null means the defaults. No other
+/// thread may use the solver during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_solver_set_options(
     solver: *mut ExtricateSolver,
@@ -59,8 +59,8 @@ pub unsafe extern "C" fn extricate_solver_set_options(
     })
 }
 
-/// Queries configurations all over the space for about so many seconds, so that the first query
-/// that counts takes as long as those that follow: 0.03 s are enough. Answers stay the same.
+/// Queries configurations all over the space for about this many seconds, so that the first real
+/// query is as fast as later ones; 0.03 s are enough. Answers stay the same.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_solver_warm_up(solver: *const ExtricateSolver, seconds: f64) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -73,7 +73,7 @@ pub unsafe extern "C" fn extricate_solver_warm_up(solver: *const ExtricateSolver
     })
 }
 
-/// Frees a solver; its answers stay.
+/// Frees a solver; its answers stay valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_solver_free(solver: *mut ExtricateSolver) {
     guarded(|| {
@@ -83,9 +83,10 @@ pub unsafe extern "C" fn extricate_solver_free(solver: *mut ExtricateSolver) {
     });
 }
 
-/// The nearest free configuration to `q`, which is `nq` numbers, within the limits or beyond them.
-/// Writes an answer, to be freed with extricate_answer_free(). Returns EXTRICATE_NOTHING_FREE if
-/// nothing free was found: it may be rare, or locked joints, a clearance or a stop left nothing.
+/// Finds the nearest free configuration to `q`, which has `nq` numbers and may be beyond the
+/// limits. Writes an answer, which the caller frees with extricate_answer_free(). Returns
+/// EXTRICATE_NOTHING_FREE if nothing free was found: free configurations may be rare, or locked
+/// joints, a clearance or a stop left none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_query(
     solver: *const ExtricateSolver,
@@ -106,9 +107,9 @@ pub unsafe extern "C" fn extricate_query(
     })
 }
 
-/// The witness of extricate_query() alone: writes `nq` numbers, those of `q` if it is free. Nothing
-/// is proved but what effort `proved` or a gap of the options ask for, which takes less time.
-/// Returns what extricate_query() does.
+/// Finds the witness of extricate_query() alone, in less time. Writes `nq` numbers, those of `q` if
+/// it is free. It proves nothing, unless the effort is EXTRICATE_PROVED or the options set a gap.
+/// Returns the same status as extricate_query().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_nearest_exit(
     solver: *const ExtricateSolver,

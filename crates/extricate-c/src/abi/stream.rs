@@ -1,5 +1,5 @@
-//! Functions of streams: queries that follow each other closely, as from a simulation. Each begins
-//! with the exit of the one before.
+//! Functions of streams: sequences of queries that are near each other, as in a simulation. Each
+//! query starts from the exit of the one before.
 
 #![allow(unsafe_code)]
 
@@ -13,13 +13,13 @@ use crate::options::{Wanted, fault};
 use crate::raw;
 use crate::status::{Fault, guarded};
 
-/// Makes a stream, which answers queries that follow each other closely, the frames of one motion.
-/// Each begins with the exit of the one before. The stream keeps the scene; one thread at a time
-/// may use it.
+/// Makes a stream, which answers queries that are near each other, such as the frames of one
+/// motion. Each query starts from the exit of the one before. The stream keeps the scene; one
+/// thread at a time may use it.
 ///
-/// The exit of the last frame is kept until another is nearer by more than the share `hysteresis`
-/// of its depth, in \[0, 1); 0 always takes the nearest. `starts_per_frame` other starts are tried
-/// each frame; 2 are usual.
+/// The stream keeps the exit of the last frame until another is nearer by more than the share
+/// `hysteresis` of its depth, in \[0, 1); with 0 it always uses the nearest. Each frame tries
+/// `starts_per_frame` other starts; 2 are usual.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_new(
     scene: *const ExtricateScene,
@@ -48,7 +48,7 @@ pub unsafe extern "C" fn extricate_stream_new(
     })
 }
 
-/// The answer for the next frame; otherwise as extricate_query().
+/// Answers the next frame; otherwise as extricate_query().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_query(
     stream: *mut ExtricateStream,
@@ -76,8 +76,8 @@ pub unsafe extern "C" fn extricate_stream_query(
     })
 }
 
-/// Gives a stream another scene for the frames that follow, such as one in which obstacles moved.
-/// It must have the same coordinates.
+/// Sets the scene of a stream for the frames that follow, such as one in which obstacles moved. It
+/// must have the same coordinates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_set_scene(
     stream: *mut ExtricateStream,
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn extricate_stream_set_scene(
     })
 }
 
-/// Forgets the frames so far: the next one is answered as a query on its own.
+/// Forgets the frames so far; the next frame is answered as a single query.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_restart(stream: *mut ExtricateStream) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn extricate_stream_restart(stream: *mut ExtricateStream) 
     })
 }
 
-/// Frees a stream; its answers stay.
+/// Frees a stream; its answers stay valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_free(stream: *mut ExtricateStream) {
     guarded(|| {

@@ -2,27 +2,27 @@
 
 use std::ffi::{c_char, c_void};
 
-/// What a function returns: EXTRICATE_OK, or why there is no result.
+/// Status that a function returns: EXTRICATE_OK, or the reason why there is no result.
 pub type ExtricateStatus = i32;
 
 /// There is a result.
 pub const EXTRICATE_OK: i32 = 0;
-/// Nothing free was found, though nothing is wrong with the call.
+/// Nothing free was found, but the call is valid.
 pub const EXTRICATE_NOTHING_FREE: i32 = 1;
-/// An argument is a null pointer, has a wrong length, or is an option that makes no sense.
+/// An argument is a null pointer, has a wrong length, or is an invalid option.
 pub const EXTRICATE_ARGUMENT: i32 = 2;
-/// A configuration has a wrong length, is not finite, or is beyond limits while that is refused.
+/// A configuration has a wrong length, is not finite, or is beyond limits that the call enforces.
 pub const EXTRICATE_CONFIGURATION: i32 = 3;
 /// A file cannot be read or written.
 pub const EXTRICATE_FILE: i32 = 4;
-/// A scene, robot, mesh or world says something that cannot be used, or a name is unknown.
+/// A scene, robot, mesh or world has invalid content, or a name is unknown.
 pub const EXTRICATE_INPUT: i32 = 5;
 /// A model file is truncated, altered, foreign or of another version.
 pub const EXTRICATE_MODEL: i32 = 6;
-/// A fault of this library was caught.
+/// The library caught an internal error.
 pub const EXTRICATE_INTERNAL: i32 = 7;
 
-/// Number of this interface: it grows if programs have to be compiled anew.
+/// Version of this interface. It increases if programs have to be recompiled.
 pub const EXTRICATE_ABI: u32 = 1;
 
 /// Effort: the nearest stored sample of a model; without a model, the first exit that is found.
@@ -31,9 +31,9 @@ pub const EXTRICATE_NEAREST: u32 = 0;
 pub const EXTRICATE_REFINED: u32 = 1;
 /// Effort: many starts and long refinement.
 pub const EXTRICATE_EXHAUSTIVE: u32 = 2;
-/// Effort: as refined, and then branch and bound until the gap is proved or a limit is reached.
+/// Effort: like refined, and then branch and bound until the gap is proved or a limit is reached.
 pub const EXTRICATE_PROVED: u32 = 3;
-/// Effort: as refined with fewer descents, which takes about half the checks.
+/// Effort: like refined with fewer descents, which takes about half the checks.
 pub const EXTRICATE_QUICK: u32 = 4;
 
 /// Metric: the weighted change of the joints \[rad or m\].
@@ -45,9 +45,9 @@ pub const EXTRICATE_METRIC_MAX_DISPLACEMENT: u32 = 2;
 
 /// A lower bound above 0 is proved, or the query is free.
 pub const EXTRICATE_IS_PROVED: u32 = 0;
-/// No lower bound is proved: what collides are surfaces, which enclose nothing.
+/// No lower bound is proved, because the colliding bodies are surfaces, which enclose nothing.
 pub const EXTRICATE_UNPROVED_SURFACES: u32 = 1;
-/// No lower bound is proved: the bodies overlap too little.
+/// No lower bound is proved, because the bodies overlap too little.
 pub const EXTRICATE_UNPROVED_SHALLOW: u32 = 2;
 
 /// Shape: a box; `size` holds its full sides \[m\].
@@ -60,14 +60,15 @@ pub const EXTRICATE_CYLINDER: u32 = 2;
 pub const EXTRICATE_CAPSULE: u32 = 3;
 /// Shape: a mesh; `points` are its corners \[m\], and each of `triangles` joins three of them.
 pub const EXTRICATE_MESH: u32 = 4;
-/// Shape: balls of radius `size[0]` around `points` \[m\]; for obstacles alone.
+/// Shape: balls of radius `size[0]` around `points` \[m\]; for obstacles only.
 pub const EXTRICATE_POINTS: u32 = 5;
-/// Shape: occupied `cells` of side `size[0]` \[m\]; for obstacles alone.
+/// Shape: occupied `cells` of side `size[0]` \[m\]; for obstacles only.
 pub const EXTRICATE_VOXELS: u32 = 6;
-/// Shape: all behind a plane of normal `size` at `offset` \[m\] along it; for obstacles alone.
+/// Shape: everything behind a plane of normal `size` at `offset` \[m\] along it; for obstacles
+/// only.
 pub const EXTRICATE_HALF_SPACE: u32 = 7;
 
-/// Where something stands.
+/// The pose of a body.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct ExtricatePose {
@@ -82,72 +83,73 @@ pub struct ExtricatePose {
 pub struct ExtricateShape {
     /// EXTRICATE_BOX or another of the kinds.
     pub kind: u32,
-    /// Numbers that the kinds explain.
+    /// Sizes, whose meaning depends on `kind`.
     pub size: [f64; 3],
-    /// Where the plane of a half-space is, along its unit normal \[m\].
+    /// Position of the plane of a half-space along its unit normal \[m\].
     pub offset: f64,
     /// Points, three numbers each \[m\].
     pub points: *const f64,
-    /// How many points.
+    /// Number of `points`.
     pub point_count: usize,
     /// Triangles, three indices of points each.
     pub triangles: *const u32,
-    /// How many triangles.
+    /// Number of `triangles`.
     pub triangle_count: usize,
     /// Cells, three indices each.
     pub cells: *const i32,
-    /// How many cells.
+    /// Number of `cells`.
     pub cell_count: usize,
-    /// Whether the convex hull of a mesh stands for it: 0 or 1.
+    /// Whether to use the convex hull of a mesh: 0 or 1.
     pub convex: u32,
 }
 
-/// An obstacle, or an object for a link to hold.
+/// An obstacle, or an object that a link holds.
 #[repr(C)]
 pub struct ExtricateObstacle {
-    /// Its name, which nothing else in the scene has.
+    /// Its name, which must be unique in the scene.
     pub name: *const c_char,
     /// Its shape.
     pub shape: ExtricateShape,
-    /// Its pose in the world; that of an object for a link, in the coordinates of the link.
+    /// Its pose in the world; for an object that a link holds, in the coordinates of the link.
     pub pose: ExtricatePose,
 }
 
-/// A text that stands for a file which a scene names.
+/// A text that replaces a file that a scene names.
 #[repr(C)]
 pub struct ExtricateText {
     /// The path, as the scene spells it.
     pub path: *const c_char,
-    /// What the file would hold.
+    /// The content of the file.
     pub text: *const c_char,
 }
 
-/// Options of a query. extricate_options_init() fills in the defaults; set what differs then.
-/// Any number but 0 counts as 1 in a member that is 0 or 1.
+/// Options of a query. extricate_options_init() fills in the defaults; then set the members that
+/// differ. In a member that is 0 or 1, any other number counts as 1.
 #[repr(C)]
 pub struct ExtricateOptions {
-    /// How hard to try: EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED;
+    /// How hard to search: EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED;
     /// EXTRICATE_REFINED by default.
     pub effort: u32,
-    /// Whether to refuse configurations beyond the limits, in place of answering them: 0 or 1; 0 by
+    /// Whether to refuse configurations beyond the limits instead of answering them: 0 or 1; 0 by
     /// default.
     pub refuse_outside: u32,
-    /// Whether to prove how far around the witness nothing touches: 0 or 1; 0 by default.
+    /// Whether to prove a radius around the witness within which nothing touches: 0 or 1; 0 by
+    /// default.
     pub free_radius: u32,
-    /// Whether to tell how much of the straight segment to the witness collides: 0 or 1; 0 by
+    /// Whether to report how much of the straight segment to the witness collides: 0 or 1; 0 by
     /// default.
     pub segment: u32,
-    /// Whether to tell contacts with EXTRICATE_NEAREST as well; the other efforts always do: 0 or
-    /// 1; 0 by default.
+    /// Whether to report contacts with EXTRICATE_NEAREST as well; the other efforts always report
+    /// them: 0 or 1; 0 by default.
     pub contacts: u32,
-    /// How many distinct exits to look for: 1 to 100000; 1 by default.
+    /// Number of distinct exits to find: 1 to 100000; 1 by default.
     pub exits: usize,
-    /// How many descents to start: 1 to 100000; 0 by default, which leaves it to the effort.
+    /// Number of descents to start: 1 to 100000; 0 by default, which means that the effort sets it.
     pub starts: usize,
-    /// Share of the depth that need not be proved, at which the search stops: 0 or more and less
-    /// than 1; nan by default, which leaves it to the effort.
+    /// Share of the depth that need not be proved; the search stops when it is reached: 0 or more
+    /// and less than 1; nan by default, which means that the effort sets it.
     pub gap: f64,
-    /// Clearance that the witness is to keep: 0 to 1e9 \[m\]; nan by default, for that of the
+    /// Clearance to aim at for the witness: 0 to 1e9 \[m\]; nan by default, which means that of the
     /// scene.
     pub clearance: f64,
     /// Most collision checks and distance evaluations to spend: 0 or more; SIZE_MAX by default, for
@@ -155,43 +157,43 @@ pub struct ExtricateOptions {
     pub max_checks: usize,
     /// Most seconds to spend: more than 0; infinity by default, for no limit.
     pub max_seconds: f64,
-    /// The names of joints that stay where the query has them; null by default, for none.
+    /// The names of joints that keep their positions in the query; null by default, for none.
     pub locked: *const *const c_char,
-    /// How many joints are locked.
+    /// Number of `locked` joints.
     pub locked_count: usize,
-    /// The goal, a configuration: of exits that are about as near as the nearest, the one that is
-    /// nearest to it becomes the witness; null by default, for none.
+    /// The goal, a configuration: among exits about as near as the nearest, the one nearest to the
+    /// goal becomes the witness; null by default, for none.
     pub toward: *const f64,
-    /// How many numbers the goal has: those of a configuration.
+    /// Number of coordinates of the goal: that of a configuration.
     pub toward_count: usize,
-    /// By which share of its depth an exit may be farther than the nearest to count as about as
-    /// near: 0 to 1e9; 0.25 by default.
+    /// An exit counts as about as near if it is farther than the nearest by at most this share of
+    /// the nearest's depth: 0 to 1e9; 0.25 by default.
     pub toward_share: f64,
-    /// Ends a query early if it returns true; null by default, for none. It is called between the
-    /// steps of a query, on any thread, and on several at once. It must not throw.
+    /// Function that ends a query early if it returns true; null by default, for none. Queries call
+    /// it between their steps, on any thread, and on several at once. It must not throw.
     pub stop: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
-    /// What `stop` is called with.
+    /// Argument that queries pass to `stop`.
     pub stop_data: *mut c_void,
 }
 
-/// What is known of an answer, in numbers.
+/// The numbers of an answer.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricateSummary {
     /// Distance from the query to the witness, in the scene's metric; 0 if the query is free,
     /// infinity if nothing free was found.
     pub depth: f64,
-    /// Proved: no free configuration is nearer.
+    /// Proved lower bound of the depth: no free configuration is nearer.
     pub lower_bound: f64,
     /// Share of the depth that is not proved.
     pub gap: f64,
     /// Largest displacement of any point of the robot, from the query to the witness \[m\].
     pub max_displacement: f64,
-    /// Estimated share of starts that would lead to an exit which was not met; nan if unknown.
+    /// Estimated share of starts that would lead to an exit that was not found; nan if unknown.
     pub unseen: f64,
-    /// Clearance that the witness keeps \[m\], but for pairs with one of their own.
+    /// Clearance that the witness keeps \[m\], except for pairs with one of their own.
     pub clearance: f64,
-    /// Proved: nothing touches nearer to the witness than this; nan if it was not requested.
+    /// Proved radius around the witness within which nothing touches; nan if not requested.
     pub free_radius: f64,
     /// Fraction of the straight segment up to which a collision was found; nan if not requested.
     pub segment_colliding_until: f64,
@@ -199,31 +201,31 @@ pub struct ExtricateSummary {
     pub segment_free_from: f64,
     /// Collision checks and distance evaluations spent.
     pub checks: u64,
-    /// EXTRICATE_IS_PROVED, or why no lower bound is proved.
+    /// EXTRICATE_IS_PROVED, or the reason why no lower bound is proved.
     pub unproved: u32,
     /// Whether there is a witness.
     pub found: bool,
     /// Whether the query itself is free.
     pub is_free: bool,
-    /// Whether the exact checker called the witness free during this query.
+    /// Whether the exact checker found the witness free during this query.
     pub verified: bool,
-    /// Whether no other distinct exit within 1 % of the depth was met.
+    /// Whether no other distinct exit within 1 % of the depth was found.
     pub unique: bool,
     /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     pub cut_short: bool,
 }
 
-/// Two bodies that have to stay apart, as indices of bodies.
+/// Two bodies that must stay apart, as indices of bodies.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExtricatePair {
     /// The lower index.
     pub first: usize,
-    /// The higher one.
+    /// The higher index.
     pub second: usize,
 }
 
-/// Where two bodies touch at a witness, in world coordinates.
+/// A contact of two bodies at a witness, in world coordinates.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricateContact {
@@ -245,23 +247,25 @@ pub struct ExtricateContact {
 pub struct ExtricateExit {
     /// Distance from the query to the witness, in the scene's metric.
     pub depth: f64,
-    /// A free configuration, as many numbers as the query, which live as long as the answer.
+    /// A free configuration, with as many numbers as the query. It lives as long as the answer.
     pub witness: *const f64,
 }
 
-/// What is known of the segment between two configurations. Fractions are of its length.
+/// Result of the check of a segment between two configurations. Fractions are of its length.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricateSegment {
-    /// Proved: every configuration of the segment is free.
+    /// Whether every configuration of the segment is proved free.
     pub is_free: bool,
-    /// A collision was found. If neither this nor `is_free` is set, only `free_until` is proved.
+    /// Whether a collision was found. If neither this nor `is_free` is set, only `free_until` is
+    /// proved.
     pub collides: bool,
-    /// Proved: up to this fraction every configuration is free.
+    /// Fraction up to which every configuration is proved free.
     pub free_until: f64,
-    /// Fraction at which a configuration collides, or nearly does if that is not proved; nan if the
-    /// segment is free.
+    /// Fraction at which a configuration collides, or nearly collides if `collides` is not set; nan
+    /// if the segment is free.
     pub at: f64,
-    /// The bodies that do; both indices are SIZE_MAX if the segment is free.
+    /// The bodies that collide there, or nearly do; both indices are SIZE_MAX if the segment is
+    /// free.
     pub pair: ExtricatePair,
 }

@@ -1,5 +1,5 @@
-//! Functions that derive a changed scene from a scene. The new one keeps the model, and shares all
-//! that did not change.
+//! Functions that derive a changed scene from a scene. The new scene keeps the model, and shares
+//! everything that did not change.
 
 #![allow(unsafe_code)]
 
@@ -12,11 +12,11 @@ use extricate::{LoadLimits, LoadOptions, Scene};
 
 use super::handles::ExtricateScene;
 use super::types::{ExtricateObstacle, ExtricatePose, ExtricateStatus};
-use crate::raw::{self, Place};
+use crate::raw::{self, OutValue};
 use crate::shapes;
 use crate::status::{Fault, Result, guarded};
 
-/// The scene with obstacles elsewhere: `count` names, and their poses in the world.
+/// Makes a scene in which obstacles have other poses: `count` names, and their poses in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_moved(
     scene: *const ExtricateScene,
@@ -38,7 +38,7 @@ pub unsafe extern "C" fn extricate_scene_moved(
     })
 }
 
-/// The scene with more obstacles.
+/// Makes a scene with additional obstacles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_with_obstacles(
     scene: *const ExtricateScene,
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn extricate_scene_with_obstacles(
     })
 }
 
-/// The scene without the obstacles, or the objects that links hold, of these names.
+/// Makes a scene without the named obstacles or attached objects.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_without(
     scene: *const ExtricateScene,
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn extricate_scene_without(
     change(scene, changed, |scene| Ok(scene.without(names?)?))
 }
 
-/// The scene without any obstacle; objects that links hold stay.
+/// Makes a scene without any obstacle; attached objects stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_without_obstacles(
     scene: *const ExtricateScene,
@@ -83,7 +83,8 @@ pub unsafe extern "C" fn extricate_scene_without_obstacles(
     change(scene, changed, |scene| Ok(scene.without_obstacles()))
 }
 
-/// The scene with these pairs of bodies no longer checked: two names a pair, one after the other.
+/// Makes a scene that does not check these pairs of bodies: two names per pair, one after the
+/// other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_disabled(
     scene: *const ExtricateScene,
@@ -101,9 +102,9 @@ pub unsafe extern "C" fn extricate_scene_disabled(
     })
 }
 
-/// The scene with an object that a link holds, such as a can in a gripper. Its pose is in the
-/// coordinates of the link; it is checked against everything but what is fixed to the link and the
-/// bodies named in `touch`.
+/// Makes a scene with an object that a link holds, such as a can in a gripper. The pose of the
+/// object is in the coordinates of the link. The object is checked against everything except bodies
+/// fixed to the link and the bodies named in `touch`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_attached(
     scene: *const ExtricateScene,
@@ -127,8 +128,8 @@ pub unsafe extern "C" fn extricate_scene_attached(
     })
 }
 
-/// The robots of the scene in the world of a file: a scene file (TOML) without a robot, MoveIt's
-/// .scene text, or a PlanningScene message as .yaml or .json.
+/// Puts the robots of the scene into the world of a file: a scene file (TOML) without a robot,
+/// MoveIt's .scene text, or a PlanningScene message as .yaml or .json.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_in_world(
     scene: *const ExtricateScene,
@@ -142,8 +143,9 @@ pub unsafe extern "C" fn extricate_scene_in_world(
     change(scene, changed, |scene| Ok(load_world(scene, Path::new(path?), &LoadOptions::default())?))
 }
 
-/// The robots of the scene in the world of a text, as extricate_scene_in_world() takes a file. The
-/// end of `name` tells what it is: .toml, .scene, .yaml or .json; messages repeat the name.
+/// Puts the robots of the scene into the world of a text, as extricate_scene_in_world() does for a
+/// file. The ending of `name` sets the format: .toml, .scene, .yaml or .json. Error messages
+/// contain `name`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_in_world_text(
     scene: *const ExtricateScene,
@@ -158,10 +160,10 @@ pub unsafe extern "C" fn extricate_scene_in_world_text(
     change(scene, changed, |scene| in_world_of_text(scene, name?, text?))
 }
 
-/// Hands the caller the scene that `work` makes of `scene`.
+/// Hands the caller the scene that `work` makes from `scene`.
 fn change(
     scene: Result<&ExtricateScene>,
-    changed: Result<Place<*mut ExtricateScene>>,
+    changed: Result<OutValue<*mut ExtricateScene>>,
     work: impl FnOnce(&Scene) -> Result<Scene>,
 ) -> ExtricateStatus {
     guarded(|| {

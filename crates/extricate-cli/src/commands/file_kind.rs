@@ -17,8 +17,9 @@ pub enum FileKind {
     Model,
 }
 
-/// Text without NUL is a scene, because a model file begins with the length of its header as a
-/// binary number. The name decides for `.toml`, and for a file that is too short.
+/// Returns the kind of a file. Text without NUL is a scene, because a model file begins with the
+/// length of its header as a binary number. The name decides for `.toml`, and for a file that is
+/// too short.
 pub fn kind_of(path: &Path) -> anyhow::Result<FileKind> {
     let extension = path.extension().and_then(|e| e.to_str());
     if extension == Some("toml") {

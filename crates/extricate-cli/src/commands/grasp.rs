@@ -26,11 +26,12 @@ use crate::progress::{Progress, busy};
 use crate::{notice, report};
 
 /// Help text on the keys of `--json`.
-const KEYS: &str = "With --json (and in the file of --output), one object a line, in the order of the input: line (of the \
-input), config (null where nothing free was found), moved (how far it is from the query, in the scene's metric), verified, \
-contacts (link, distance [m], point on the object [m], normal into it), touched and kept (names of links that touched, and of \
-those that still do), fingers ([touched, kept]), kept_sides (whether every contact is on its side of the object), depth_before \
-[m], quality (epsilon and force_closure; null with --friction 0 or without contacts), checks; or error.";
+const KEYS: &str = "With --json, and in the file of --output, each line is one object, in the order of the input: line (number \
+of the input line), config, moved (distance of config from the query, in the scene's metric), verified, contacts (link, distance \
+[m], point on the object [m], normal into the object), touched and kept (names of the links that touched, and of those that \
+still touch), fingers ([touched, kept]), kept_sides (whether every contact is on its side of the object), depth_before [m], \
+quality (epsilon and force_closure; null with --friction 0 or without contacts), checks. If there is no answer, the object has \
+only line and error.";
 
 /// Usage in lines that fit a terminal, because clap does not wrap it.
 const USAGE: &str = "extricate grasp [OPTIONS] <--q <Q>|--input <FILE>>\n           \
@@ -40,35 +41,34 @@ const USAGE: &str = "extricate grasp [OPTIONS] <--q <Q>|--input <FILE>>\n       
 #[derive(Args)]
 #[command(after_help = KEYS, override_usage = USAGE)]
 pub struct GraspArgs {
-    /// Scene file (TOML), URDF or model file of the hand. What a model has learned is not used
+    /// Scene file (TOML), URDF or model file of the hand. The samples of a model are not used
     #[arg(value_name = "SCENE|MODEL")]
     scene: PathBuf,
     #[command(flatten)]
     input: InputArgs,
     #[command(flatten)]
     object: ObjectArgs,
-    /// What is to stay: the links that touch, each on its side of the object; or the pose alone,
-    /// whatever it touches
+    /// Part of the grasp that the release keeps
     #[arg(long, value_parser = keep(), default_value_t = Keep::Contacts)]
     keep: Keep,
-    /// A link touches where it is nearer than this in metres beyond the clearance
+    /// Distance in metres beyond the clearance up to which a link touches the object
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true, default_value_t = 0.002)]
     touch: f64,
-    /// Coefficient of friction, for the quality of the grasp; 0 leaves it out
+    /// Coefficient of friction, for the quality of the grasp; with 0, quality is not measured
     #[arg(long, value_name = "MU", value_parser = share_or_more, allow_negative_numbers = true, default_value_t = 0.8)]
     friction: f64,
-    /// A configuration with open fingers, which tells on which side of the object each is; by
-    /// default every joint at 0, or at the limit nearest to it
+    /// A configuration with open fingers, which determines the side of the object for each finger;
+    /// by default every joint is at 0, or at the limit nearest to 0
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     open: Option<String>,
-    /// Aim at this clearance in metres in place of the scene's
+    /// Aim at this clearance in metres instead of the scene's
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
-    /// Joints that stay where they are, by name; `base` is the base of a floating hand
+    /// Names of joints that do not move; `base` is the base of a floating hand
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     locked: Vec<String>,
-    /// Measure a floating base as the scene does. By default moving the hand is about as dear as
-    /// moving its fingers, where the scene gives the base no weights
+    /// Weight a floating base as the scene does. By default, if the scene gives the base no
+    /// weights, moving the hand costs about as much as moving its fingers
     #[arg(long)]
     scene_weights: bool,
     /// End each release after about this many collision checks and contact evaluations
@@ -77,7 +77,7 @@ pub struct GraspArgs {
     /// End each release after about this many seconds
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
     max_seconds: Option<f64>,
-    /// Work on this many threads, 0 for one a core; the answers are the same
+    /// Number of threads, 0 for one per core; the answers do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 0, help_heading = "Budget")]
     threads: usize,
     #[command(flatten)]
@@ -86,42 +86,46 @@ pub struct GraspArgs {
     load: LoadArgs,
 }
 
-/// What is held.
+/// The object that the hand holds.
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct ObjectArgs {
-    /// The obstacle that is held, by name
+    /// Name of the obstacle that the hand holds
     #[arg(long, value_name = "NAME")]
     object: Option<String>,
-    /// Each line names a mesh in this folder as its object, {"q": [...], "object": "cup.obj",
-    /// "scale": 0.1}; it stands at the world's origin, without the scene's obstacles being changed
+    /// Folder of meshes. Each line of input names one as its object, {"q": [...], "object":
+    /// "cup.obj", "scale": 0.1}; the mesh is at the world's origin, and the scene's obstacles stay
+    /// unchanged
     #[arg(long, value_name = "FOLDER")]
     objects: Option<PathBuf>,
 }
 
-/// Where answers go.
+/// The file that receives the answers.
 #[derive(Args)]
 #[command(next_help_heading = "Output")]
 struct OutputArgs {
-    /// Write the answers to this file, as JSON, one a line. They are in FILE.part, each as soon as
-    /// it is known, until the last one is there; a file of grasps is replaced then, another file
-    /// never
+    /// Write the answers to this file as JSON, one per line. Each answer goes to FILE.part as soon
+    /// as it is known, and FILE.part becomes FILE after the last. An existing FILE is replaced if
+    /// it is a file of grasps, and refused otherwise
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Go on where a run ended: with FILE.part, or with FILE
+    /// Continue an earlier run from FILE.part, or from FILE
     #[arg(long, requires = "output")]
     resume: bool,
 }
 
-/// Parses what a release keeps; `--help` describes each value.
+/// Parses the part of a grasp that a release keeps; `--help` describes each value.
 fn keep() -> impl TypedValueParser<Value = Keep> {
     choice(Keep::ALL.iter().map(|keep| {
-        let about = if *keep == Keep::Pose { "The pose" } else { "The links that touch" };
+        let about = match *keep {
+            Keep::Pose => "The pose alone, whatever it touches",
+            _ => "The links that touch, each on its side of the object",
+        };
         (keep.name(), about)
     }))
 }
 
-/// Lines that are read before they are answered together.
+/// Number of lines that are read and then answered together.
 const BLOCK_LINES: usize = 1024;
 
 struct Line {

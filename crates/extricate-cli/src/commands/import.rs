@@ -16,11 +16,11 @@ use crate::report::counted;
 #[derive(Args)]
 #[command(
     after_help = "FILE is MoveIt's .scene text, or a PlanningScene as YAML (`ros2 topic echo --full-length`, Robowflex) or JSON \
-                        (rosbridge). Obstacles, attached objects with what they may touch, allowed collisions and padding are \
-                        taken; meshes are written into a folder beside the scene file. What is not taken, or taken for \
-                        something else, is named on standard error and at the head of the scene file.\n\n\
-                        Without --robot the scene file is a world: `extricate query ROBOT --world WORLD`. Such a query takes \
-                        FILE itself as well."
+                        (rosbridge). The command imports obstacles, attached objects with the bodies that they may touch, \
+                        allowed collisions and padding. It writes meshes to a folder beside the scene file. It lists content \
+                        that it skips, or imports as something else, on standard error and at the head of the scene file.\n\n\
+                        Without --robot the scene file is a world, for `extricate query ROBOT --world WORLD`. Such a query \
+                        also accepts FILE itself."
 )]
 pub struct ImportArgs {
     /// File that ends in .scene, .yaml, .yml or .json
@@ -28,8 +28,8 @@ pub struct ImportArgs {
     /// Scene file to write (TOML)
     #[arg(short = 'o', long = "output", value_name = "SCENE")]
     output: PathBuf,
-    /// URDF of the robot, which the scene file then names; or a scene or model file, whose links
-    /// and frames are looked up alone
+    /// URDF of the robot, which the scene file then names; or a scene or model file, used only to
+    /// look up links and frames
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
     #[command(flatten)]

@@ -53,8 +53,8 @@ fn disable_line(names: &[[&str; 2]]) -> String {
     format!("disable = {}", disable_list(names))
 }
 
-/// Appends to `problem`, that nothing free was found, the pairs that collide in all tested
-/// configurations, if there are any.
+/// Appends to `problem` the pairs that collide in all tested configurations, if there are any.
+/// `problem` states that nothing free was found.
 fn with_advice(problem: &str, solver: &Solver) -> String {
     let advice = solver.checker().advice_if_never_free(|| false);
     advice.map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
@@ -86,7 +86,7 @@ fn prepare(scene: impl Into<Arc<Scene>>) -> Checker {
 }
 
 /// Loads a scene or a model as a solver, in the world of another file if one is given. The solver
-/// is prepared, so that no answer takes time for that.
+/// is prepared, so that no query has to prepare it.
 fn load_solver(file: &Path, world: Option<&Path>, load: &LoadArgs) -> anyhow::Result<Solver> {
     let mut solver = match kind_of(file)? {
         FileKind::Scene => Solver::new(load_scene(file, load)?),

@@ -16,20 +16,20 @@ use crate::report::count;
 /// Arguments of `sample`.
 #[derive(Args)]
 #[command(
-    after_help = "Prints one {\"q\": [...]} a line, with and without --json. The same scene, seed and version give the \
-                        same lines, and a larger N only adds to them."
+    after_help = "Prints one {\"q\": [...]} per line, with and without --json. The same scene, seed and version give the \
+                        same lines; a larger N only adds lines."
 )]
 pub struct SampleArgs {
     /// Scene file (TOML), URDF or model file
     #[arg(value_name = "SCENE|MODEL")]
     scene: PathBuf,
-    /// How many to draw
+    /// Number of configurations to draw
     #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 100, value_parser = whole, allow_negative_numbers = true)]
     count: usize,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Only colliding configurations
+    /// Draw only colliding configurations
     #[arg(long)]
     colliding: bool,
     #[command(flatten)]

@@ -15,14 +15,14 @@ use crate::output::Output;
 /// Arguments of `completions`.
 #[derive(Args)]
 pub struct CompletionsArgs {
-    /// The shell that completes
+    /// The shell to complete for
     shell: Shell,
 }
 
 /// Arguments of `man`.
 #[derive(Args)]
 pub struct ManArgs {
-    /// Folder for the pages, one a command; made where it is missing
+    /// Folder for the pages, one per command; it is created if it is missing
     folder: PathBuf,
 }
 

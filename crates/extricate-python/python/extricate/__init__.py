@@ -2,15 +2,16 @@
 
     scene = extricate.Scene("robot.urdf", [extricate.Box([0.2, 0.6, 0.4], pose=[0.45, 0, 0.45])])
     answer = scene.query(q)            # q in collision
-    answer.witness                     # the nearest free configuration that was found
+    answer.witness                     # the nearest free configuration found
     solver = extricate.Solver(scene, extricate.learn(scene), effort="exhaustive")
-    solver.batch(Q)                    # many, from stored samples too, with options that stay the same
+    solver.batch(Q)                    # many queries, from stored samples too, with the solver's options
 
-A `Solver` answers all that is asked of a scene, with a model or without. The calls of a `Scene` and a `Model` are short forms of its calls.
+A `Solver` answers all queries about a scene, with a model or without. The calls of a `Scene` and a `Model` are short forms of
+its calls.
 
-Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordinates in the order of `Scene.joints`: angles in
-rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes, models and solvers may be shared between
-threads.
+A configuration is a float64 array of shape (nq,), and n of them have shape (n, nq). Coordinates are in the order of
+`Scene.joints`: angles in rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; threads may share
+scenes, models and solvers.
 """
 
 from . import fleet, grasps

@@ -15,12 +15,12 @@ NamePair = Tuple[str, str]
 
 @dataclass(eq=False)
 class Contact:
-    """Where two bodies touch at the witness.
+    """A place where two bodies touch at the witness.
 
     pair: names of the two bodies.
-    distance: signed distance between them there [m]; negative where they overlap.
+    distance: signed distance between them at the witness [m]; negative if they overlap.
     points: the nearest point on the first and on the second body, (2, 3), world coordinates [m].
-    normal: unit, (3,), world coordinates, from the second body toward the first.
+    normal: unit normal, (3,), world coordinates, from the second body toward the first.
     """
 
     pair: NamePair
@@ -34,8 +34,8 @@ class Exit:
     """One of several distinct exits.
 
     depth: distance from the query, in the scene's metric.
-    witness: a free configuration at that distance, (nq,); verified.
-    touching: pairs of bodies that touch there.
+    witness: a verified free configuration at that distance, (nq,).
+    touching: pairs of bodies that touch at the witness.
     """
 
     depth: float
@@ -45,41 +45,41 @@ class Exit:
 
 @dataclass(eq=False)
 class Answer:
-    """The nearest free configuration that was found, and what is known about it.
+    """The nearest free configuration found, and what is known about it.
 
-    depth: distance from the query to the witness in the scene's metric; 0 where the query is free. An upper bound on the
+    depth: distance from the query to the witness in the scene's metric; 0 if the query is free. It is an upper bound of the
         true penetration depth.
     lower_bound: proved: no free configuration is nearer to the query than this.
-    gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 where the query is free. 1 where nothing is
-        proved. "quick" and "refined" stop once it is at most 0.15, unless another gap is asked for.
-    unproved: why nothing is proved, where that is so: "surfaces" (what collides encloses nothing) or "shallow" (the overlap
-        is too shallow to be seen); else None.
+    gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 if the query is free, 1 if nothing is proved. "quick"
+        and "refined" stop once it is at most 0.15, unless the query sets another gap.
+    unproved: if nothing is proved, the reason: "surfaces" (what collides encloses nothing) or "shallow" (the overlap is too
+        shallow for a proof); else None.
     witness: a free configuration at distance `depth`, (nq,).
-    verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
+    verified: whether the exact checker called the witness free during this query. If false, it did so when the model was
         learned.
-    clearance: that the witness keeps, of pairs without one of their own [m]: that which the query aims at, or less of it,
-        at least the scene's, where that would be far. Of a continuous stream, at most what it aims at.
-    unseen: estimated share of starts that would lead to an exit which the query has not met, in [0, 1]; None where the
-        query is free, or with effort "nearest".
+    clearance: clearance that the witness keeps, for pairs without one of their own [m]: the one that the query aims at, or less
+        (at least the scene's) if the witness would otherwise be far away. In a continuous stream: at most the aim.
+    unseen: estimated share of starts that would lead to an exit which the query has not met, in [0, 1]; None if the query is
+        free, or with effort "nearest".
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
-    colliding: pairs of bodies that collide at the query; one of them with effort "nearest", unless contacts were asked for.
-    outside: joints of the query that are beyond their limits: it then is not free, whether or not anything collides. The
-        witness is within all limits; `depth` is from the query as it is.
-    touching: pairs of bodies that touch at the witness; none with effort "nearest", unless contacts were asked for.
-    contacts: where they touch; several places a pair where meshes do.
-    gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it
-        by gradient @ t. Zero where the query is free.
-    unique: false where another exit is about as near: beside such queries the nearest one changes, and the gradient
-        jumps.
+    colliding: pairs of bodies that collide at the query. With effort "nearest" only one of them, unless the query requests
+        contacts.
+    outside: joints of the query that are beyond their limits. Such a query is not free, whether or not anything collides. The
+        witness is within all limits; `depth` is measured from the query as it is.
+    touching: pairs of bodies that touch at the witness. With effort "nearest" none, unless the query requests contacts.
+    contacts: places where these pairs touch; a pair of meshes may have several.
+    gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it by
+        gradient @ t. Zero if the query is free.
+    unique: false if another exit is about as near. Beside such a query the nearest exit changes, and the gradient jumps.
     cut_short: whether a limit of checks or seconds ended the search before it was done.
-    exits: where more than one was asked for: the nearest distinct exits, by depth, the witness first.
-    segment: where it was asked for, of the straight segment from the query (0) to the witness (1): the last fraction at which a
-        collision was found, and the fraction from which on every configuration is proved free.
-    free_radius: where it was asked for and the query collides: proved, no two checked bodies touch at any configuration
-        that is nearer to the witness than this, in the scene's metric. Limits are not looked at.
-    nearest: depth of the nearest exit that was found, where the witness is the proxy of a continuous stream, which may be
-        farther: 0 where the query is free; else None.
-    checks: collision and distance evaluations spent.
+    exits: the nearest distinct exits by depth, the witness first, if the query requests more than one.
+    segment: if requested, two fractions of the straight segment from the query (0) to the witness (1): the last one at which a
+        collision was found, and the one from which on every configuration is proved free.
+    free_radius: if requested and the query collides, a proved distance from the witness in the scene's metric: no two checked
+        bodies touch at any configuration nearer to the witness than this. Joint limits do not matter.
+    nearest: depth of the nearest exit found, if the witness is the proxy of a continuous stream, which may be farther; 0 if the
+        query is free. Else None.
+    checks: number of collision and distance evaluations spent.
     effort: "nearest", "quick", "refined", "exhaustive" or "proved".
     """
 
@@ -113,9 +113,9 @@ class Answer:
         return {name: value for name, value in self.__dict__.items() if name != "_asked"}
 
     def show(self, *, path: Optional[PathLike] = None, open: Optional[bool] = None, live: bool = False) -> Page:
-        """Shows the query and this answer as a page, in a browser or a notebook; as `Scene.show`, which asks once more.
+        """Shows the query and this answer as a page, in a browser or a notebook, as `Scene.show` does. It runs the query again.
 
-        Raises RuntimeError for an answer that was unpickled, or is one of a stream.
+        Raises RuntimeError for an answer that was unpickled or that a stream returned.
         """
         asked: Any = self._asked
         if asked is None:
@@ -133,7 +133,7 @@ class Answer:
         return not self.colliding and not self.outside
 
     def __str__(self) -> str:
-        """The most important of it, for people."""
+        """Returns the most important facts of the answer, for people."""
         if self.free:
             return "free: nothing to be done"
         # All digits, because only the exact configuration was checked.

@@ -48,7 +48,7 @@ def _query_options() -> List[Tuple[str, str, str]]: ...
 def _find_package(package: str, near: _Path, packages: Sequence[_Path]) -> Optional[Path]: ...
 
 class _JointState(Protocol):
-    """As ROS has it."""
+    """The fields of a JointState of ROS."""
 
     @property
     def name(self) -> Sequence[str]: ...
@@ -80,7 +80,7 @@ class Progress:
     def accuracy(self) -> Optional[float]: ...
 
 class _Calls:
-    """What a scene, a model and a solver can be asked alike."""
+    """The calls that a scene, a model and a solver share."""
 
     def query(
         self,
@@ -135,6 +135,7 @@ class _Calls:
         *,
         aim: Optional[float] = None,
         tolerance: float = 1e-3,
+        toward: Optional[npt.ArrayLike] = None,
         exits: int = 6,
         resolution: float = 1e-4,
         tree_checks: int = 20_000,
@@ -149,6 +150,7 @@ class _Calls:
         *,
         roadmap: Optional[Roadmap] = None,
         resolution: float = 1e-4,
+        tolerance: float = 1e-3,
         shortcut: bool = True,
         seed: int = 0,
         threads: int = 0,

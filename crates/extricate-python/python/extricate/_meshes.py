@@ -1,4 +1,4 @@
-"""Meshes in place of shapes of other programs that a scene has not."""
+"""Makes meshes for shapes of other programs that a scene does not have."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Array = npt.NDArray[Any]
 
 
 def ellipsoid(semiaxes: Any) -> Tuple[Array, Array]:
-    """Makes a mesh that contains the ellipsoid and is about half a percent larger: a grid of 32 meridians and 15 parallels, scaled until no
-    face cuts the ellipsoid."""
+    """Makes a mesh that contains the ellipsoid and is about half a percent larger: a grid of 32 meridians and 15 parallels,
+    scaled until no face cuts the ellipsoid."""
     turns, heights = np.meshgrid(np.arange(32) * np.pi / 16, np.arange(1, 16) * np.pi / 16)
     ring = np.stack([np.cos(turns) * np.sin(heights), np.sin(turns) * np.sin(heights), np.cos(heights)], -1)
     points = np.concatenate([ring.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])

@@ -103,15 +103,15 @@ class _Converter:
         self.give_names()
 
     def given(self, kind: str, number: int) -> str:
-        """Returns the name in the model, which is empty if there is none."""
+        """Returns the name in the model, empty if there is none."""
         return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), number) or ""
 
     def name(self, kind: str, number: int, otherwise: str) -> str:
         return self.given(kind, number) or f"{otherwise}{number}"
 
     def give_names(self) -> None:
-        """Chooses unique names for links, obstacles and joints. MJCF keeps names of bodies and geoms apart; here links and obstacles share
-        one name space. Names of the model are taken before new ones are made."""
+        """Chooses unique names for links, obstacles and joints. MJCF keeps names of bodies and geoms apart; here links and
+        obstacles share one name space. Names of the model come before new ones."""
         model = self.model
         bodies = [self.given("BODY", body) for body in range(model.nbody)]
         self.names = _Names("world", *(name for name, moves in zip(bodies, self.moves) if moves and name))
@@ -220,7 +220,7 @@ class _Converter:
         return np.array(index, dtype=np.int64), qpos0
 
     def shape(self, geom: int) -> str:
-        """Returns the shape of a geom as URDF, which is empty if URDF has no such shape."""
+        """Returns the URDF text of a geom's shape, empty if URDF has no such shape."""
         kinds, size = self.mujoco.mjtGeom, self.model.geom_size[geom]
         kind = kinds(int(self.model.geom_type[geom]))
         if kind == kinds.mjGEOM_BOX:
@@ -286,7 +286,8 @@ class _Converter:
         return "".join(out) + "</robot>"
 
     def body(self, body: int) -> str:
-        """Returns a link for every joint, one after the other, and then the body itself, fixed to the last of them."""
+        """Returns the URDF text of a link for every joint, one after the other, and then the body itself, fixed to the last of
+        them."""
         model, out = self.model, ""
         parent = int(model.body_parentid[body])
         position, quaternion = model.body_pos[body].copy(), model.body_quat[body].copy()
@@ -347,7 +348,8 @@ class _Converter:
         return out
 
     def pairs(self, everything: Mapping[str, List[int]], locked: Mapping[str, float]) -> Tuple[_Pairs, _Pairs]:
-        """Returns pairs to disable, which MuJoCo does not check, and to enable: MuJoCo checks them although one joint joins them."""
+        """Returns the pairs to disable, which MuJoCo does not check, and those to enable, which it checks although one joint
+        joins them."""
         model = self.model
         excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
         explicit = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist())}
@@ -372,7 +374,7 @@ class _Converter:
         return disable, enable
 
     def rigid(self, locked: Mapping[str, float]) -> List[int]:
-        """Returns for each body the one that it is fixed to if `locked` joints do not move: itself, if a joint moves it."""
+        """Returns, for each body, the body that it is fixed to if `locked` joints do not move: itself, if a joint moves it."""
         model, out = self.model, [0]
         for body in range(1, model.nbody):
             own = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
@@ -381,12 +383,12 @@ class _Converter:
         return out
 
     def are_joined(self, rigid: Any, first: int, second: int) -> bool:
-        """Whether a joint connects the two bodies; `rigid` has for each body the one that it is fixed to."""
+        """Whether a joint connects the two bodies; `rigid` lists, for each body, the one that it is fixed to."""
         a, b, parent = int(rigid[first]), int(rigid[second]), self.model.body_parentid
         return a != b and bool(rigid[parent[a]] == b or rigid[parent[b]] == a)
 
     def are_neighbours(self, first: int, second: int) -> bool:
-        """Whether MuJoCo treats them as one rigid body, or as parent and child; the world has no neighbours."""
+        """Whether MuJoCo treats the two bodies as one rigid body, or as parent and child; the world has no neighbours."""
         weld = self.model.body_weldid
         ids: Set[int] = {int(weld[first]), int(weld[second])}
         if len(ids) == 1:

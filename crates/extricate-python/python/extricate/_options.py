@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, eq=False)
 class QueryOptions:
-    """Options of queries, batches and streams, to be given as `options=`. A keyword beside it counts more.
+    """Options of queries, batches and streams, passed as `options=`. A keyword of the same call overrides its field here.
 
     effort: "nearest" (a stored sample), "quick" (fewer starts), "refined", "exhaustive" or "proved".
-    exits: how many distinct exits are wanted.
-    gap: share of the depth that need not be proved: the search stops as soon as the rest is. None is 0.15 with "quick" and "refined",
-        0.05 with "proved", and no reason to stop with "exhaustive". With 0 it searches on.
-    starts: starts of descents, stored samples and around the query; None leaves it to the effort.
+    exits: number of distinct exits to find.
+    gap: share of the depth that need not be proved: the search stops as soon as the rest is proved. None is 0.15 with "quick"
+        and "refined", 0.05 with "proved", and does not stop "exhaustive". With 0, no proof stops the search.
+    starts: number of starts of descents, stored samples and around the query; None leaves it to the effort.
     max_checks: end after about this many checks, with the best answer so far.
     max_seconds: end after about this many seconds, likewise.
     segment: report where the straight segment to the witness collides.
@@ -24,11 +24,11 @@ class QueryOptions:
     clearance: clearance to aim at, in place of the scene's [m].
     locked: joints that stay where the query has them.
     free: the joints that may move, in place of `locked`.
-    weights: by joint, weights of the joint metric.
-    toward: a configuration that the witness is to be near to, among exits about as near as the nearest.
-    toward_share: how much farther than the nearest these may be, as a share of its depth.
+    weights: weights of the joint metric, by joint.
+    toward: a configuration: among exits about as near as the nearest, the witness is the one nearest to it.
+    toward_share: how much farther than the nearest these exits may be, as a share of its depth.
     free_radius: report how far around the witness nothing touches.
-    limits: "forgive" or "refuse" configurations beyond the joint limits.
+    limits: "forgive" answers configurations beyond the joint limits, "refuse" raises ValueError for them.
     """
 
     effort: str = "refined"

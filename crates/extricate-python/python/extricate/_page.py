@@ -1,4 +1,4 @@
-"""Pages of answers, which `show` returns."""
+"""The pages of answers that `show` returns."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _HEIGHT = 680
 class Page:
     """One self-contained HTML page. Notebooks show it; `save` writes it, `open` shows it in a browser.
 
-    html: its text.
+    html: text of the page.
     """
 
     def __init__(self, text: str) -> None:
         self.html = text
 
     def save(self, path: PathLike) -> Path:
-        """Writes the page, and gives back where it is."""
+        """Writes the page and returns its path."""
         written = Path(path)
         written.write_text(self.html, encoding="utf-8")
         return written
 
     def open(self, path: Optional[PathLike] = None) -> Path:
-        """Writes the page, to a temporary file where no path is given, and opens it in the browser of this computer."""
+        """Writes the page, to a temporary file if `path` is None, and opens it in the browser of this computer."""
         if path is None:
             handle, path = tempfile.mkstemp(prefix="extricate-", suffix=".html")
             os.close(handle)

@@ -1,4 +1,4 @@
-"""Robots and obstacles of a scene: plain descriptions, which `Scene` checks."""
+"""Robots and obstacles of a scene: plain descriptions that `Scene` checks."""
 
 from __future__ import annotations
 
@@ -37,26 +37,26 @@ TriangleMesh = Union[_WithFaces, _WithTriangles]
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot with more than its URDF to say; the same keys as `[[robot]]` in a scene file.
+    """A robot with its URDF and options; the same keys as `[[robot]]` in a scene file.
 
     urdf: path of a URDF file, or its text.
-    name: tells robots apart that share names of links or joints: `name/link`. The URDF's name where None.
-    srdf: path of an SRDF file, or its text: its disabled pairs are honoured, its groups can be named.
-    group: only the joints of this SRDF group move; the others stand where `locked` says, or where their limits come nearest
-        to 0.
-    packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`; then come the folders that the URDF
-        lies in (of a text, the working directory), and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
+    name: distinguishes robots that share names of links or joints: `name/link`. None takes the URDF's name.
+    srdf: path of an SRDF file, or its text. Its disabled pairs apply, and `group` can name its groups.
+    group: only the joints of this SRDF group move. The others stay where `locked` puts them, else as near to 0 as their limits
+        allow.
+    packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`. Then come the folders that contain
+        the URDF (for a text, the working directory), and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
     geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each; "convex-parts": convex hulls that together
-        hold each; "visual": the <visual> shapes of the robot instead.
-    links: by link, what becomes of its meshes instead: "mesh", "convex-hull" or "convex-parts".
+        contain each; "visual": the <visual> shapes of the robot instead.
+    links: by link, another treatment of its meshes: "mesh", "convex-hull" or "convex-parts".
     base: "fixed", "planar" (x, y, angle) or "floating" (x, y, z and a quaternion).
-    bounds: least and greatest position of a moving base [m]: two numbers each where planar (a third bounds the angle), else
-        three.
-    pose: where it stands: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    locked: joints that do not move, and their positions [rad or m]; they have no coordinates.
-    limits: limits (lower, upper) [rad or m] that replace the URDF's; of a planar or floating joint ((lower, ..), (upper,
-        ..)).
+    bounds: least and greatest position of a moving base [m]: two numbers each for a planar one (a third bounds the angle),
+        three for a floating one.
+    pose: pose of the base: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the key names the order.
+    locked: positions of joints that do not move, by joint [rad or m]; these joints have no coordinates.
+    limits: limits (lower, upper) by joint [rad or m] that replace the URDF's; ((lower, ..), (upper, ..)) for a planar or
+        floating joint.
     """
 
     urdf: Path
@@ -76,17 +76,17 @@ class Robot:
     def from_xacro(
         cls, path: Path, *, packages: Sequence[Path] = (), options: Optional[Mapping[str, Any]] = None, **args: Any
     ) -> "Robot":
-        """The robot of a xacro file, expanded in memory by the package xacrodoc (`pip install 'extricate[xacro]'`).
+        """Makes the robot of a xacro file, which the package xacrodoc (`pip install 'extricate[xacro]'`) expands in memory.
 
-        path: of the xacro file.
-        packages: folders in which `package://NAME/...` and `$(find NAME)` are looked up, besides those that the file lies in,
-            and ROS where it is installed.
+        path: path of the xacro file.
+        packages: folders in which `package://NAME/...` and `$(find NAME)` are looked up, besides those that contain the file,
+            and ROS if it is installed.
         options: further arguments of `Robot`, such as {"srdf": ..}.
-        args: of the xacro file, as on its command line: `prefix="left_"`.
+        args: arguments of the xacro file, as on its command line: `prefix="left_"`.
 
-        A xacro file is a program, and xacrodoc runs it: take none from strangers, see SECURITY.md.
+        A xacro file is a program, and xacrodoc runs it: use none from strangers, see SECURITY.md.
 
-        Raises ImportError where the package is missing, ValueError where the file does not expand.
+        Raises ImportError if the package is missing, ValueError if the file does not expand.
         """
         from ._xacro import expanded
 
@@ -96,15 +96,15 @@ class Robot:
 
     @classmethod
     def from_sdf(cls, path: Path, **options: Any) -> "SdfRobot":
-        """The model of an SDF file, as far as a URDF can say it: links, collision shapes, and joints that are fixed, revolute,
-        continuous, prismatic or ball ones. What it leaves out is told by warnings.
+        """Makes a robot of the model in an SDF file, as far as a URDF can express it: links, collision shapes, and joints that
+        are fixed, revolute, continuous, prismatic or ball joints. Warnings name what it leaves out.
 
-        path: of the file. Of several models, one has joints that move; the others are obstacles. `model://` is looked up in
-            `packages` and in the folders that the file lies in.
+        path: path of the file. If it has several models, exactly one has joints that move; the others are obstacles. `model://`
+            is looked up in `packages` and in the folders that contain the file.
         options: further arguments of `Robot`. `pose` is that of the SDF's world, in which its models have poses of their own.
 
-        Raises ValueError where the file has what cannot be told in a URDF: joints of other kinds, models in models, loops, parts
-        of meshes; and where a joint has no finite limits and `limits` gives none.
+        Raises ValueError if a URDF cannot express the file: joints of other kinds, models in models, loops, parts of meshes.
+        Also if a joint has no finite limits and `limits` gives none.
         """
         from ._sdf import converted
 
@@ -112,15 +112,15 @@ class Robot:
 
     @classmethod
     def from_mujoco(cls, model: Any, **options: Any) -> "MujocoRobot":
-        """A MuJoCo model, by the package mujoco (`pip install 'extricate[mujoco]'`): the shapes that can collide there, its
-        joints in their order, and its pairs.
+        """Makes a robot of a MuJoCo model with the package mujoco (`pip install 'extricate[mujoco]'`): the shapes that can
+        collide there, its joints in their order, and its pairs.
 
         model: an `mujoco.MjModel`, or the path of an MJCF file.
         options: further arguments of `Robot`, such as "pose" or "locked".
 
-        Meshes are the convex hulls that MuJoCo takes them for. See `MujocoRobot` for configurations and pairs. A geom of the
-        world that has the name of a body gets another one. What is left out or differs (equality constraints, ellipsoids,
-        height fields, mocap bodies, contacts that are off) is told by warnings.
+        Meshes become their convex hulls, as in MuJoCo. See `MujocoRobot` for configurations and pairs. A geom of the world that
+        has the name of a body gets another one. Warnings name what is left out or differs (equality constraints, ellipsoids,
+        height fields, mocap bodies, contacts that are off).
         """
         from ._mujoco import converted
 
@@ -129,14 +129,14 @@ class Robot:
 
 @dataclass(frozen=True, eq=False)
 class MujocoRobot(Robot):
-    """A robot from MuJoCo: a `Scene` of it has its obstacles, and checks the pairs that MuJoCo checks.
+    """A robot from MuJoCo. A `Scene` of it has its obstacles, and checks the pairs that MuJoCo checks.
 
     obstacles: shapes of bodies that do not move.
-    disable: pairs that MuJoCo does not check, by contype and conaffinity, exclusions, and as parent and child.
-    enable: pairs of parent and child that MuJoCo does check, by <pair> or <flag filterparent="disable"/>.
-    qpos_index: (nq,) for every coordinate here its place in MuJoCo's `qpos`.
-    qpos0: (model.nq,) where MuJoCo starts; what has no coordinate here stays there.
-    files: the folder of the meshes that were made for it, which goes with the last robot that has it.
+    disable: pairs that MuJoCo does not check, because of contype and conaffinity, exclusions, or as parent and child.
+    enable: pairs of parent and child that MuJoCo does check, because of <pair> or <flag filterparent="disable"/>.
+    qpos_index: (nq,) for every coordinate here, its index in MuJoCo's `qpos`.
+    qpos0: (model.nq,) MuJoCo's initial state; entries without a coordinate here keep these values.
+    files: the folder of the meshes that were made for it; it is deleted with the last robot that has it.
     """
 
     disable: Sequence[Tuple[str, str]] = ()
@@ -147,11 +147,12 @@ class MujocoRobot(Robot):
     files: Any = field(default=None, repr=False)
 
     def q(self, qpos: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Configurations (.., nq) of MuJoCo's (.., model.nq): the same numbers in the order here, quaternions with w last."""
+        """Converts MuJoCo's states (.., model.nq) to configurations (.., nq): the same numbers in the order here, quaternions
+        with w last."""
         return np.ascontiguousarray(np.asarray(qpos, dtype=np.float64)[..., self.qpos_index])
 
     def qpos(self, q: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """MuJoCo's (.., model.nq) of configurations (.., nq): the inverse of `q`."""
+        """Converts configurations (.., nq) to MuJoCo's states (.., model.nq): the inverse of `q`."""
         given = np.asarray(q, dtype=np.float64)
         out = np.broadcast_to(self.qpos0, given.shape[:-1] + self.qpos0.shape).copy()
         out[..., self.qpos_index] = given
@@ -160,13 +161,13 @@ class MujocoRobot(Robot):
     def reset(
         self, qpos: npt.ArrayLike, *, scene: Any = None, threads: int = 0
     ) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """The nearest states without penetration, as a simulation can start from.
+        """Finds the nearest states without penetration, from which a simulation can start.
 
         qpos: MuJoCo's states (n, model.nq), or (model.nq,) for one.
-        scene: where they are; None for `Scene(self)`. Whoever resets often makes it once.
+        scene: the scene of the states; None makes `Scene(self)`. For many resets, make it once.
         threads: 0 for one per core.
-        Returns states of the same shape, and how far each was moved in the scene's metric (n,): 0 where nothing collided, and
-        inf where nothing free was found, which leaves the state as it was. What has no coordinate here stays as given.
+        Returns states of the same shape, and how far each was moved in the scene's metric (n,): 0 if nothing collided, and inf
+        if nothing free was found, which leaves the state as it was. Entries without a coordinate here stay as given.
         """
         from ._extricate import Scene
 
@@ -181,10 +182,10 @@ class MujocoRobot(Robot):
 
 @dataclass(frozen=True, eq=False)
 class SdfRobot(Robot):
-    """A robot from SDF: a `Scene` of it has its obstacles.
+    """A robot from SDF. A `Scene` of it has its obstacles.
 
     obstacles: the other models of its world, in which no joint moves.
-    files: the folder of what was made for it, which goes with the last robot that has it.
+    files: the folder of the files that were made for it; it is deleted with the last robot that has it.
     """
 
     obstacles: Sequence[Any] = ()
@@ -199,12 +200,12 @@ for _class in (MujocoRobot, SdfRobot):
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A box obstacle, its middle at `pose`.
+    """A box as obstacle, its middle at `pose`.
 
     size: full sides along x, y and z, (3,) [m].
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "box1" and so on where None.
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..},
+        also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "box1" and so on.
     """
 
     size: npt.ArrayLike
@@ -214,12 +215,12 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
-    """A ball as obstacle.
+    """A ball as obstacle, its middle at `pose`.
 
-    radius: [m]
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "sphere1" and so on where None.
+    radius: radius of the ball [m].
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..},
+        also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "sphere1" and so on.
     """
 
     radius: float
@@ -231,11 +232,11 @@ class Sphere:
 class Cylinder:
     """A cylinder along z as obstacle, its middle at `pose`.
 
-    radius: [m]
-    length: [m]
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "cylinder1" and so on where None.
+    radius: radius of the cylinder [m].
+    length: length along z [m].
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..},
+        also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "cylinder1" and so on.
     """
 
     radius: float
@@ -248,11 +249,11 @@ class Cylinder:
 class Capsule:
     """A capsule along z as obstacle, its middle at `pose`.
 
-    radius: [m]
-    length: without the caps [m].
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "capsule1" and so on where None.
+    radius: radius of the capsule [m].
+    length: length without the caps [m].
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..},
+        also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "capsule1" and so on.
     """
 
     radius: float
@@ -267,12 +268,12 @@ class Mesh:
 
     source: path of an STL, OBJ, COLLADA, PLY or glTF file; or (vertices, triangles): (n, 3) [m] and indices (m, 3); or a mesh
         of another package with `.vertices` and `.faces` (trimesh) or `.triangles` (open3d).
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "mesh1" and so on where None.
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..},
+        also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "mesh1" and so on.
     scale: one factor, or one along each axis (3,).
-    convex: whether its convex hull stands for it.
-    convex_parts: whether convex hulls that together hold it stand for it.
+    convex: whether to replace the mesh by its convex hull.
+    convex_parts: whether to replace the mesh by convex hulls that together contain it.
     """
 
     source: Union[Path, Tuple[npt.ArrayLike, npt.ArrayLike], TriangleMesh]
@@ -288,10 +289,10 @@ class Fixture:
     """A robot file in which nothing moves, as one obstacle: a table, a shelf, a cell.
 
     urdf: path of a URDF file whose joints are all fixed.
-    pose: of its root link: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
-    name: what answers call it; "fixture1" and so on where None.
+    pose: pose of its root link: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    name: name of the obstacle in answers; None takes "fixture1" and so on.
     packages: folders in which `package://NAME/...` is looked up.
-    geometry: as of `Robot`.
+    geometry: as in `Robot`.
     """
 
     urdf: Path
@@ -303,15 +304,15 @@ class Fixture:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """A cloud of points as one obstacle: a ball about each.
+    """A cloud of points as one obstacle: a ball around each.
 
-    What a check costs is that of the points near the robot, not of all.
+    The cost of a check depends on the points near the robot, not on all points.
 
     xyz: (n, 3) [m]; n may be 0. Rows with NaN, where a camera saw nothing, are left out; a warning counts them.
-    radius: of every ball [m]; with 0, distances are those to the points.
-    pose: of the frame that the points are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a
-        transform (4, 4).
-    name: what answers call it; "points1" and so on where None.
+    radius: radius of every ball [m]; with 0, distances are those to the points.
+    pose: pose of the frame of the points: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform
+        (4, 4).
+    name: name of the obstacle in answers; None takes "points1" and so on.
     """
 
     xyz: npt.ArrayLike
@@ -327,10 +328,10 @@ class Voxels:
 
     occupied: bool (nx, ny, nz), or the indices of occupied cells, int (n, 3).
     size: side of a cell [m].
-    pose: of the corner of cell (0, 0, 0) and the grid's axes: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad],
-        a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "voxels1" and so on where None.
+    pose: pose of the grid, with its origin at the corner of cell (0, 0, 0): position (3,) [m], position and roll, pitch, yaw
+        (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the key names the
+        order.
+    name: name of the obstacle in answers; None takes "voxels1" and so on.
     """
 
     occupied: npt.ArrayLike
@@ -341,13 +342,13 @@ class Voxels:
 
 @dataclass(frozen=True, eq=False)
 class HalfSpace:
-    """A half-space as obstacle, such as a floor or a wall without end: solid where `normal . x <= offset`.
+    """A half-space as obstacle, such as a floor or a wall without end. It is solid where `normal . x <= offset`.
 
-    normal: (3,) of any length, away from what is solid.
+    normal: normal of the plane, (3,) of any length, away from the solid side.
     offset: distance [m] of the plane from the origin, along the normal.
-    pose: of the frame that both are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform
-        (4, 4), or {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "halfspace1" and so on where None.
+    pose: pose of the frame of normal and offset: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform
+        (4, 4), or {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the key names the order.
+    name: name of the obstacle in answers; None takes "halfspace1" and so on.
     """
 
     normal: npt.ArrayLike
@@ -358,14 +359,14 @@ class HalfSpace:
 
 @dataclass(frozen=True, eq=False)
 class HeightField:
-    """The ground below a grid of heights as obstacle, without end downward; beyond the grid there is nothing.
+    """The ground below a grid of heights as obstacle, without end downward. Beyond the grid there is nothing.
 
-    heights: (rows, columns) [m]: heights[i, j] is that at x = i * size, y = j * size; two triangles between four of them.
-    size: between neighbouring heights [m].
-    pose: of the place of heights[0, 0] at height 0, and the grid's axes: position (3,) [m], position and roll, pitch, yaw
-        (6,) [m, rad], a transform (4, 4), or
-        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
-    name: what answers call it; "heightfield1" and so on where None.
+    heights: (rows, columns) [m]: heights[i, j] is the height at x = i * size, y = j * size; two triangles join four neighbours.
+    size: distance between neighbouring heights [m].
+    pose: pose of the grid, with its origin at the place of heights[0, 0] and height 0: position (3,) [m], position and roll,
+        pitch, yaw (6,) [m, rad], a transform (4, 4), or {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the key
+        names the order.
+    name: name of the obstacle in answers; None takes "heightfield1" and so on.
     """
 
     heights: npt.ArrayLike
@@ -378,9 +379,9 @@ Obstacle = Union[Box, Sphere, Cylinder, Capsule, Mesh, Fixture, Points, Voxels, 
 
 
 def spheres(centers: npt.ArrayLike, radii: npt.ArrayLike) -> List[Sphere]:
-    """Balls as obstacles, each a body of its own: centers (n, 3) [m], radii one number or (n,) [m].
+    """Makes balls as obstacles, each a body of its own: centers (n, 3) [m], radii one number or (n,) [m].
 
-    What a check costs grows with their number; of hundreds and more, `Points` is one body.
+    The cost of a check grows with their number. For hundreds and more, use `Points`, which is one body.
     """
     points = np.asarray(centers, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:

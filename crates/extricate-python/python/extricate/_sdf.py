@@ -1,6 +1,6 @@
-"""Converts the simple part of SDF to URDF text: a model with links, collision shapes and joints that a URDF has, and obstacles.
+"""Converts simple SDF files to URDF text: a model with links, collision shapes and joints that a URDF has, and obstacles.
 
-No package is used: those on PyPI that read SDF were last released in 2022, and the parser of Gazebo has no wheels.
+It uses no package: those on PyPI that read SDF had their last release in 2022, and the parser of Gazebo has no wheels.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SIZES = {"box": ["size"], "sphere": ["radius"], "cylinder": ["radius", "length"
 
 
 def converted(path: Any, options: Mapping[str, Any]) -> SdfRobot:
-    """Makes the robot of the one model in a file that moves, with the other models as its obstacles."""
+    """Makes a robot of the one model in a file that moves, with the other models as its obstacles."""
     name = os.fspath(path)
     try:
         root = ET.parse(name).getroot()
@@ -159,7 +159,7 @@ class _Model:
         return found
 
     def own_pose(self, owner: ET.Element, element: ET.Element) -> Tuple[Array, str]:
-        """Reads <pose>, and the name of the frame that it is relative to."""
+        """Reads <pose> and the name of the frame that it is relative to."""
         pose = element.find("pose")
         if pose is None or not (pose.text or "").strip():
             return np.eye(4), "" if pose is None else pose.get("relative_to", "")
@@ -259,7 +259,7 @@ class _Model:
         return "".join(out) + "</robot>"
 
     def fixture(self, taken: Set[str], packages: Sequence[Any]) -> List[Fixture]:
-        """Returns the model as one obstacle; none if it has no shape."""
+        """Returns the model as a list of one obstacle, empty if the model has no shape."""
         text = self.urdf()
         if "<collision>" not in text:
             return []
@@ -273,7 +273,7 @@ class _Model:
         return [Fixture(path, name=name, packages=packages)]
 
     def check_limits(self, given: Set[str]) -> None:
-        """Refuses joints without finite limits, which a scene could not sample, unless the caller gives limits or locks them."""
+        """Refuses joints without finite limits, which a scene cannot sample, unless the caller gives limits or locks them."""
         for name, found in self.without_limits.items():
             if name not in given:
                 told = f'joint "{name}": got limits of {found}, expected finite ones'

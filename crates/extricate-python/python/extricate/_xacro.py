@@ -11,13 +11,13 @@ from ._extricate import _find_package
 
 
 def packages_around(path: Any) -> List[str]:
-    """Returns the folders that a file lies in, the innermost first, in which packages are looked up as for a URDF."""
+    """Returns the folders that contain a file, the innermost first. Packages are looked up in them, as for a URDF."""
     return [str(parent) for parent in Path(os.path.abspath(os.fspath(path))).parents]
 
 
 def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tuple[str, Sequence[Any]]:
-    """Returns the URDF text, and the folders in which its packages are looked up. These include the folders of the file, because the text
-    has none. Relative paths of meshes start from the xacro file."""
+    """Returns the URDF text, and the folders in which its packages are looked up. The folders of the file are among them,
+    because the text has none. Relative paths of meshes start from the xacro file."""
     try:
         xacrodoc: Any = importlib.import_module("xacrodoc")
         finder: Any = importlib.import_module("xacrodoc.packages")

@@ -1,10 +1,10 @@
-"""Grasps as data sets keep them: arrays of poses and joints, to configurations of a floating hand and back.
+"""Converts grasps between configurations of a floating hand and the arrays of poses and joints that data sets store.
 
     Q = extricate.grasps.from_arrays(scene, translation, rotation, {"index_curl": curls, ..}, rotation_as="quat_wxyz")
     released = scene.release(Q, object=cup)
     arrays = extricate.grasps.to_arrays(scene, np.array([grasp.config for grasp in released]), rotation_as="quat_wxyz")
 
-Row k of every array is grasp k. The pose is that of the hand's root link, in the frame that the scene's robot stands in.
+Row k of every array is grasp k. A pose is that of the hand's root link, relative to the `pose` of the scene's robot.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _TOLERANCE = 1e-3
 
 
 class Arrays(NamedTuple):
-    """Grasps as arrays, row k of each for grasp k.
+    """Grasps as arrays; row k of each is grasp k.
 
-    translation: of the root link, (n, 3) [m].
-    rotation: of the root link: (n, 3, 3), (n, 4), (n, 3) or (n, 6), as it was asked for.
-    joints: (n, k) [rad or m], a column for each of `names`.
-    names: of joints, in the order of the columns, (k,).
+    translation: position of the root link, (n, 3) [m].
+    rotation: rotation of the root link: (n, 3, 3), (n, 4), (n, 3) or (n, 6), as requested.
+    joints: positions of the joints, (n, k) [rad or m], a column for each of `names`.
+    names: names of the joints, in the order of the columns, (k,).
     """
 
     translation: _Floats
@@ -53,20 +53,20 @@ def from_arrays(
     base: Optional[str] = None,
     ignore: Sequence[str] = (),
 ) -> _Floats:
-    """Configurations (n, nq) of a scene with one floating hand.
+    """Returns the configurations (n, nq) of grasps, for a scene with one floating hand.
 
-    scene: whose robot has `base="floating"`.
-    translation: of the root link, (n, 3) [m].
-    rotation: of the root link, in the form that `rotation_as` names.
-    joints: positions by the names of joints, (n,) each, or one array (n, k) whose columns `names` names. Their order does not
-        matter; every joint of the scene but the base is given. A joint that mimics another has no position of its own.
-    names: of the columns of `joints`, (k,); None where `joints` has the names.
+    scene: a scene whose robot has `base="floating"`.
+    translation: position of the root link, (n, 3) [m].
+    rotation: rotation of the root link, in the form of `rotation_as`.
+    joints: positions by joint name, (n,) each, or one array (n, k) with the columns `names`. Their order does not matter. Every
+        joint of the scene but the base needs a position; a joint that mimics another has none of its own.
+    names: joint names of the columns of `joints`, (k,); None if `joints` has the names.
     rotation_as: "matrix" (n, 3, 3), "quat_xyzw" or "quat_wxyz" (n, 4), "rpy" (n, 3) [rad]: about the fixed axes x, y and z, one
         after another (`sxyz` of transforms3d); or "columns" (n, 6): the first two columns of the matrix, first one then the
         other, orthonormalized in that order (Zhou et al. 2019, doi:10.1109/CVPR.2019.00589).
-    base: the floating joint; None where the scene has one.
-    ignore: names of `joints` that are left out, such as those of joints that mimic others.
-    Raises ValueError where something is missing, unknown, not finite, of another shape, or no rotation.
+    base: name of the floating joint; None if the scene has one.
+    ignore: names in `joints` to leave out, such as those of joints that mimic others.
+    Raises ValueError if something is missing, unknown, not finite, of another shape, or no rotation.
     """
     floating = _floating(scene, base)
     places = _finite("translation", translation, (None, 3))
@@ -101,13 +101,13 @@ def to_arrays(
     rotation_as: str = "matrix",
     base: Optional[str] = None,
 ) -> Arrays:
-    """The arrays of configurations: the inverse of `from_arrays`.
+    """Returns the arrays of configurations: the inverse of `from_arrays`.
 
-    scene: whose robot has `base="floating"`.
+    scene: a scene whose robot has `base="floating"`.
     Q: configurations, (n, nq).
-    names: of the joints that `joints` shall have, in this order; None for all in the scene's order.
-    rotation_as: as of `from_arrays`. Quaternions have w of at least 0; roll and yaw are within pi, pitch within pi / 2.
-    base: the floating joint; None where the scene has one.
+    names: names of the joints in the columns of `joints`, in this order; None takes all in the scene's order.
+    rotation_as: as in `from_arrays`. Quaternions have w of at least 0; roll and yaw are within pi, pitch within pi / 2.
+    base: name of the floating joint; None if the scene has one.
     """
     floating = _floating(scene, base)
     given = _finite("Q", Q, (None, scene.nq))
@@ -136,7 +136,7 @@ def _floating(scene: Scene, base: Optional[str]) -> Joint:
 
 
 def _finite(what: str, values: npt.ArrayLike, shape: Sequence[Optional[int]]) -> _Floats:
-    """Converts to float64 and checks the shape, in which None stands for any length."""
+    """Converts to float64 and checks the shape; None in `shape` allows any length."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape)):
         expected = ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "")

@@ -27,10 +27,10 @@ use lists::Folders;
 use meshes::{fixture, mesh};
 use pose::pose;
 
-/// Name in messages of a scene that was put together in Python.
+/// Name, in messages, of a scene that was made in Python.
 pub const NAME: &str = "scene";
 
-/// The entries of a scene, and the texts that stand for files that they name.
+/// The entries of a scene, and the texts in place of files that they name.
 pub struct Description {
     pub entries: SceneFile,
     /// The name and the content of each text.
@@ -56,7 +56,7 @@ pub struct Options<'py> {
     pub clearance: Clearance,
     /// `joint`, `object-norm` or `max-displacement`.
     pub metric: String,
-    /// Weights by joint: one, or one of its translations and one of its rotation.
+    /// Weights by joint: one number, or one for translations and one for the rotation.
     pub weights: Option<Bound<'py, PyMapping>>,
     /// Pairs of bodies that are not checked.
     pub disable: Vec<[String; 2]>,
@@ -218,7 +218,7 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     Ok(entry)
 }
 
-/// Reads a list of folders as a scene file has it.
+/// Reads a list of folders into the form of a scene file.
 ///
 /// # Errors
 /// As [`describe`].

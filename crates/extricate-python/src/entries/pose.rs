@@ -9,8 +9,8 @@ use pyo3::types::PyMapping;
 use super::{by_name, unknown};
 use crate::rows::arrays::{floats, numbers, tuple};
 
-/// Largest deviation of a rotation matrix from an orthonormal one, such as rounding to `float32`
-/// leaves.
+/// Largest deviation of a rotation matrix from an orthonormal one, such as one rounded to
+/// `float32`.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Reads `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, a homogeneous transform

@@ -93,12 +93,12 @@ fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> 
 
 #[pymethods]
 impl Scene {
-    /// Tells the points that are not the robot's own: those that no link comes nearer to than
-    /// `padding` at a configuration.
+    /// Finds the points that are not the robot's own: at a configuration, no link is nearer to them
+    /// than `padding`.
     ///
-    /// points: float64 (n, 3) [m], in the world, such as a camera sees them.
-    /// q: float64 (nq,), within the limits: where the robot stood when they were seen.
-    /// padding: [m], 0 or more.
+    /// points: float64 (n, 3) [m], in the world, for example from a camera.
+    /// q: float64 (nq,), within the limits: where the robot stood when the camera saw them.
+    /// padding: distance [m], 0 or more.
     /// Returns bool (n,): `points[scene.robot_filter(points, q, 0.02)]` are those to keep.
     /// Obstacles do not count.
     ///

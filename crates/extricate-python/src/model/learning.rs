@@ -11,19 +11,19 @@ use crate::error::{Seed, Whole, count, exception, threads};
 use crate::long_call;
 use crate::scene::Scene;
 
-/// Learns a scene: all that queries need.
+/// Learns a scene and returns its model, which holds all that queries need.
 ///
-/// labels: most exact collision checks to spend; 160,000 if None.
-/// seconds: most seconds to spend; if None, 5, or without limit if `labels` is given.
-/// Without a limit in seconds the model depends on scene, seed and labels alone.
-/// seed: of all random numbers; 0 if None.
+/// labels: most exact collision checks to spend; None is 160,000.
+/// seconds: most seconds to spend; None is 5, or no limit if `labels` is given. Without a limit in
+///     seconds the model depends on scene, seed and labels alone.
+/// seed: seed of all random numbers; None is 0.
 /// threads: 0 for one per core. The model does not depend on it.
-/// progress: True for a bar (tqdm's, if it is installed), False for none, None for one if stderr is
-/// a terminal, or a function that is called with a `Progress` about twenty times a second, on the
-/// calling thread; if it returns False, learning ends early and what was learned is kept.
+/// progress: True shows a bar (tqdm's, if it is installed), False none, None a bar if stderr is a
+///     terminal. A function is called with a `Progress` about twenty times a second, on the calling
+///     thread; if it returns False, learning ends early and keeps what it learned.
 ///
-/// Ctrl-C ends learning with KeyboardInterrupt; what was learned is then lost. Raises RuntimeError
-/// if no free configuration was found, ValueError for options that make no sense.
+/// Ctrl-C ends learning with KeyboardInterrupt and loses what it learned. Raises RuntimeError if no
+/// free configuration was found, ValueError for options that make no sense.
 #[pyfunction]
 #[pyo3(signature = (scene, *, labels = None, seconds = None, seed = None, threads = 0, progress = None))]
 pub fn learn(

@@ -19,14 +19,14 @@ use crate::scene::{Scene, edit};
 use crate::solver::Solver;
 use crate::solver::handle::Handle;
 
-/// Name in messages of a model that comes from memory.
+/// Name, in messages, of a model that comes from memory.
 const IN_MEMORY: &str = "in memory";
 
 /// What was learned of a scene: all that queries need, geometry included.
 ///
-/// Its calls are those of a `Solver` of its scene and itself. Immutable: any number of threads may
-/// ask it at once, and each query runs without the interpreter lock. Pickles as the bytes of its
-/// file.
+/// Its calls are those of a `Solver` of its scene and itself. A model is immutable: any number of
+/// threads may query it at once, and each query runs without the interpreter lock. It pickles as
+/// the bytes of its file.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Model {
     model: Arc<extricate::Model>,
@@ -68,21 +68,21 @@ impl Model {
         Self::read(py, move || extricate::load_model(&path))
     }
 
-    /// Writes a model file: another reader sees the old one or the whole new one. Replaces nothing
-    /// but models.
+    /// Writes a model file. A reader sees the old file or the whole new one. It replaces no file
+    /// that is not a model.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let save = || check_model_output(&path).and_then(|()| extricate::save_model(&self.model, &path));
         py.detach(save).map_err(exception)
     }
 
-    /// The model from the bytes of its file.
+    /// Makes the model from the bytes of its file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         let data = data.to_vec();
         Self::read(py, move || extricate::Model::from_bytes(IN_MEMORY, &data))
     }
 
-    /// The bytes of the model's file; the same model gives the same bytes.
+    /// Returns the bytes of the model's file; the same model gives the same bytes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let bytes = py.detach(|| self.model.to_bytes());
         PyBytes::new(py, &bytes)
@@ -92,13 +92,13 @@ impl Model {
         Ok((py.get_type::<Self>().getattr("from_bytes")?, (self.to_bytes(py),)))
     }
 
-    /// The scene that it was learned for.
+    /// The scene that the model was learned for.
     #[getter]
     fn scene(&self) -> Scene {
         Scene::of_solver(self.handle.solver().without_model())
     }
 
-    /// The verified free configurations beside the boundary that queries begin from, float64
+    /// Verified free configurations beside the boundary, from which queries start, float64
     /// (samples, nq).
     #[getter]
     fn boundary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -107,10 +107,11 @@ impl Model {
         configs.to_pyarray(py).reshape([configs.len() / nq, nq])
     }
 
-    /// Configurations that the classifier rests on: free and colliding ones on either side of the
-    /// boundary that it predicts, float64 (n, nq), each once, those of the pairs that collide most
-    /// often first. Which are free `Scene.check` tells. `n` is 0 if only one label was ever
-    /// seen, and less than `statistics["support_vectors"]` if several pairs share one.
+    /// Support vectors of the classifier, float64 (n, nq): free and colliding configurations on
+    /// either side of the boundary that it predicts. Each occurs once; those of the pairs that
+    /// collide most often come first. `Scene.check` reports which are free. `n` is 0 if learning
+    /// saw only one label, and less than `statistics["support_vectors"]` if several pairs share
+    /// one.
     #[getter]
     fn support_vectors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let nq = self.model.scene().space().nq();
@@ -123,8 +124,8 @@ impl Model {
         rows.to_pyarray(py).reshape([rows.len() / nq, nq])
     }
 
-    /// How it was learned and how good it measured itself to be, with the keys that
-    /// docs/reference/statistics.md describes; None if something was not measured.
+    /// How the model was learned, and its measured quality. docs/reference/statistics.md describes
+    /// the keys; a value is None if it was not measured.
     #[getter]
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let text = serde_json::to_string(self.model.statistics());
@@ -132,12 +133,11 @@ impl Model {
         Ok(py.import("json")?.call_method1("loads", (text,))?.cast_into()?)
     }
 
-    /// To ask this model in another world: a `Solver`.
+    /// Returns a `Solver` of this model in another world.
     ///
-    /// world: a list of obstacles, which take the place of those that the model knows; or a scene
-    ///     of the same joints, such as one by `Scene.moved`. Objects that links hold, other
-    ///     fingers, a moved base and other geometry of links leave a model of the metric of the
-    ///     joints usable.
+    /// world: a list of obstacles, which replace those that the model knows; or a scene of the same
+    ///     joints, such as one by `Scene.moved`. In the joint metric, that scene may also differ in
+    ///     held objects, fingers, the place of the base and the geometry of links.
     ///
     /// Raises ValueError if the joints, their limits or the metric differ.
     fn in_world(&self, py: Python<'_>, world: &Bound<'_, PyAny>) -> PyResult<Solver> {
@@ -148,8 +148,9 @@ impl Model {
         self.in_scene(py, &Scene::of(edit::with_obstacles(py, &bare, world)?.into()))
     }
 
-    /// To ask this model in another scene of the same joints: obstacles moved, added or gone, other
-    /// pairs or clearance. As `Solver(scene, model)`.
+    /// Returns a `Solver` of this model in another scene of the same joints, as
+    /// `Solver(scene, model)` does. Obstacles may be moved, added or gone, pairs and clearance may
+    /// differ.
     ///
     /// Raises ValueError if the joints, their limits or the metric differ.
     fn in_scene(&self, py: Python<'_>, scene: &Scene) -> PyResult<Solver> {

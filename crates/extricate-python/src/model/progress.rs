@@ -7,10 +7,10 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
-/// Where a learning run stands.
+/// The state of a learning run.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Progress {
-    /// What is being done: "exploring", "training", "tracing the boundary", "solving", "measuring".
+    /// The current step: "exploring", "training", "tracing the boundary", "solving", "measuring".
     stage: &'static str,
     /// Share of the budget spent, 0 to 1.
     fraction: f64,
@@ -18,7 +18,7 @@ pub struct Progress {
     labels: usize,
     /// Boundary samples found.
     boundary_samples: usize,
-    /// Held-out balanced accuracy of the last classifier; None before there is one.
+    /// Held-out balanced accuracy of the last classifier; None before the first.
     accuracy: Option<f64>,
 }
 

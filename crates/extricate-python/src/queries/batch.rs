@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 
 use super::layout::Layout;
-use super::options::{Asked, Call};
+use super::options::{Call, CallOptions};
 use crate::error::{threads, warn};
 use crate::long_call;
 use crate::rows::POLL_ROWS;
@@ -38,7 +38,7 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 ///
 /// # Errors
 /// The error of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
-fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyResult<()> {
+fn check_rows(py: Python<'_>, scene: &Scene, call: &CallOptions, q: &Configs) -> PyResult<()> {
     let (rows, single) = (q.values(), q.single);
     let limits = plain_limits(scene.space());
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
@@ -56,14 +56,14 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
             if degrees.is_none() {
                 degrees = scene.degrees_hint(values).map(|hint| (row, hint));
             }
-            if !asked.masks {
-                asked.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
+            if !call.masks {
+                call.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
             }
         }
         Ok::<_, PyErr>(degrees)
     };
     let degrees = py.detach(|| watch.over(look))??;
-    match degrees.filter(|_| !asked.refuses) {
+    match degrees.filter(|_| !call.refuses) {
         Some((row, hint)) => warn(py, &format!("Q[{row}]: {hint}")),
         None => Ok(()),
     }
@@ -81,24 +81,24 @@ pub fn answers<'py>(
     given: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (queries.py(), handle.scene());
-    let asked = handle.asked(py, given, Call::Batch)?;
+    let call = handle.call_options(py, given, Call::Batch)?;
     let q = configs("Q", queries, scene.space())?;
-    let pool = long_call::pool(threads(asked.threads)?)?;
-    let solver = handle.solver_for(py, &asked)?;
-    look_over(py, scene, &asked, &q)?;
-    let layout = Layout::new(scene, &asked.options);
+    let pool = long_call::pool(threads(call.threads)?)?;
+    let solver = handle.solver_for(py, &call)?;
+    check_rows(py, scene, &call, &q)?;
+    let layout = Layout::new(scene, &call.options);
     let is_kept = |size: &usize| size.checked_mul(q.rows).is_some_and(|bytes| bytes <= isize::MAX as usize);
     let size = layout.size().filter(is_kept);
     let size = size.ok_or_else(|| PyMemoryError::new_err("the answers are more than can be addressed"))?;
     // Bytes, because no Rust type has the layout of a row; Python reads them through a view.
     let answers = py.import("numpy")?.call_method1("zeros", (q.rows * size, "u1"))?.cast_into::<PyArray1<u8>>()?;
-    let batch = Batch { asked: &asked, scene, layout, size, lacks_answers: AtomicBool::new(false) };
+    let batch = Batch { call: &call, scene, layout, size, lacks_answers: AtomicBool::new(false) };
     {
         let mut answers = answers.readwrite();
         let answers = answers.as_slice_mut().expect("contiguous: it was just made");
         let (values, single, nq) = (q.values(), q.single, scene.space().nq());
         let mut fill = |line: &long_call::Line<()>| {
-            let solver = asked.stopped_by(&solver, line.stop());
+            let solver = call.stopped_by(&solver, line.stop());
             let answers = answers.par_chunks_mut(CHUNK_QUERIES * size);
             let chunks = values.par_chunks(CHUNK_QUERIES * nq).zip(answers).enumerate();
             chunks.try_for_each(|(at, (values, answers))| {
@@ -116,7 +116,7 @@ pub fn answers<'py>(
 
 /// Shared data of the threads that fill the rows of a batch.
 struct Batch<'a> {
-    asked: &'a Asked,
+    call: &'a CallOptions,
     scene: &'a Scene,
     layout: Layout,
     /// Size of a row of answers \[bytes\].
@@ -138,7 +138,7 @@ impl Batch<'_> {
     ) -> PyResult<()> {
         let rows = values.chunks_exact(self.scene.space().nq()).zip(answers.chunks_exact_mut(self.size));
         for (row, (q, row_of_answer)) in rows.enumerate().take_while(|_| !stopped()) {
-            match self.asked.config_of(q, self.scene) {
+            match self.call.config_of(q, self.scene) {
                 Ok(config) => {
                     let answer = solver.query(&config);
                     if answer.is_none() {
@@ -146,7 +146,7 @@ impl Batch<'_> {
                     }
                     self.layout.write(answer.as_ref(), row_of_answer);
                 }
-                Err(_) if self.asked.masks => self.layout.write_no_query(row_of_answer),
+                Err(_) if self.call.masks => self.layout.write_no_query(row_of_answer),
                 Err(error) => return Err(bad_row("Q", first + row, single, error)),
             }
         }

@@ -18,11 +18,11 @@ use options::Call;
 /// with the warning of [`query`].
 pub fn nearest_exit<'py>(handle: &Handle, q: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
     let py = q.py();
-    let mut asked = handle.asked(py, None, Call::Query)?;
+    let mut call = handle.call_options(py, None, Call::Query)?;
     let watch = long_call::Watch::new();
-    asked.options.termination.stop = Some(watch.stop());
-    let config = asked.config(q, handle.scene())?;
-    let solver = handle.solver_for(py, &asked)?;
+    call.options.termination.stop = Some(watch.stop());
+    let config = call.config(q, handle.scene())?;
+    let solver = handle.solver_for(py, &call)?;
     let Some(witness) = py.detach(|| watch.over(|| solver.nearest_exit(&config)))? else {
         handle.advise(py)?;
         return Ok(None);
@@ -39,11 +39,11 @@ pub fn query<'py>(
     owner: &Bound<'py, PyAny>,
 ) -> PyResult<Option<Bound<'py, PyAny>>> {
     let (py, scene) = (q.py(), handle.scene());
-    let mut asked = handle.asked(py, given, Call::Query)?;
+    let mut call = handle.call_options(py, given, Call::Query)?;
     let watch = long_call::Watch::new();
-    asked.options.termination.stop = Some(watch.stop());
-    let config = asked.config(q, scene)?;
-    let solver = handle.solver_for(py, &asked)?;
+    call.options.termination.stop = Some(watch.stop());
+    let config = call.config(q, scene)?;
+    let solver = handle.solver_for(py, &call)?;
     let Some(answer) = py.detach(|| watch.over(|| solver.query(&config)))? else {
         handle.advise(py)?;
         return Ok(None);

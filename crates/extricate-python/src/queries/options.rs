@@ -18,7 +18,7 @@ const NOT_OF_STREAMS: [&str; 3] = ["exits", "toward", "toward_share"];
 const OPTIONS_KEYWORD: &str = "options";
 static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// The options of queries that the library has: (name, default, expected), the default as Python
+/// Returns the library's options of queries: (name, default, expected), the default as Python
 /// writes it.
 #[pyfunction]
 pub fn _query_options() -> Vec<(&'static str, &'static str, &'static str)> {
@@ -48,7 +48,7 @@ impl Call {
 }
 
 /// The keywords of a call.
-pub struct Asked {
+pub struct CallOptions {
     /// Options for the solver, which checks them.
     pub options: QueryOptions,
     /// Whether the call or its defaults set the number of exits.
@@ -63,7 +63,7 @@ pub struct Asked {
     pub weights: Weights,
 }
 
-impl Asked {
+impl CallOptions {
     /// Reads the keywords of a call; `defaults` apply to those that it does not set.
     ///
     /// # Errors

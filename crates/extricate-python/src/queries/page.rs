@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::options::{Asked, Call};
+use super::options::{Call, CallOptions};
 use crate::error::exception;
 use crate::long_call;
 use crate::rows::arrays::{bad_row, configs};
@@ -27,9 +27,9 @@ const PYTHON_MODULE: &str = "extricate._page";
 pub struct Shown {
     /// The file to write; a temporary one if `None`.
     pub path: Option<PathBuf>,
-    /// Whether a browser opens the page; if `None`, unless this is a notebook.
+    /// Whether a browser opens the page; `None` opens it outside notebooks.
     pub open: Option<bool>,
-    /// Whether joints can be dragged in the page.
+    /// Whether users can drag joints in the page.
     pub live: bool,
 }
 
@@ -41,15 +41,15 @@ pub fn show<'py>(
     given: Option<&Bound<'py, PyDict>>,
     shown: Shown,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut asked = handle.asked(py, given, Call::Query)?;
-    let finds_several = matches!(asked.options.effort, Effort::Quick | Effort::Refined | Effort::Exhaustive)
-        && asked.options.gap.is_none();
-    if !asked.says_exits && finds_several && asked.options.toward.is_none() {
-        asked.options.exits = DEFAULT_EXITS;
+    let mut call = handle.call_options(py, given, Call::Query)?;
+    let finds_several = matches!(call.options.effort, Effort::Quick | Effort::Refined | Effort::Exhaustive)
+        && call.options.gap.is_none();
+    if !call.says_exits && finds_several && call.options.toward.is_none() {
+        call.options.exits = DEFAULT_EXITS;
     }
-    let solver = handle.solver_for(py, &asked)?;
+    let solver = handle.solver_for(py, &call)?;
     let configs = match queries {
-        Some(queries) => read(queries, handle.scene(), &asked)?,
+        Some(queries) => read(queries, handle.scene(), &call)?,
         None => drawn(py, &solver)?,
     };
     if configs.len() > MAX_QUERIES {
@@ -61,8 +61,8 @@ pub fn show<'py>(
     let live = if shown.live { Some(live(&solver)?) } else { None };
     let pool = long_call::pool(1)?;
     let html = long_call::run(py, silent, |line| {
-        let solver = asked.stopped_by(&solver, line.stop());
-        pool.install(|| html(&solver, &configs, asked.options.effort, live.as_ref()))
+        let solver = call.stopped_by(&solver, line.stop());
+        pool.install(|| html(&solver, &configs, call.options.effort, live.as_ref()))
     })?;
     let html = html.map_err(PyRuntimeError::new_err)?;
     py.import(PYTHON_MODULE)?.call_method1("shown", (html, shown.path, shown.open))
@@ -73,10 +73,10 @@ fn silent(_: Python<'_>, (): ()) -> PyResult<()> {
     Ok(())
 }
 
-fn read(queries: &Bound<'_, PyAny>, scene: &extricate::Scene, asked: &Asked) -> PyResult<Vec<Config>> {
+fn read(queries: &Bound<'_, PyAny>, scene: &extricate::Scene, call: &CallOptions) -> PyResult<Vec<Config>> {
     let rows = configs("Q", queries, scene.space())?;
     let row = |(at, values): (usize, &[f64])| {
-        asked.config_of(values, scene).map_err(|error| bad_row("Q", at, rows.single, error))
+        call.config_of(values, scene).map_err(|error| bad_row("Q", at, rows.single, error))
     };
     rows.values().chunks_exact(scene.space().nq()).enumerate().map(row).collect()
 }

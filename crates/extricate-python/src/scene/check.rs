@@ -17,12 +17,11 @@ const CONFIGS_PER_DRAW: usize = 4096;
 
 #[pymethods]
 impl Scene {
-    /// Whether configurations are free: every checked pair keeps the clearance.
+    /// Checks whether configurations are free: every checked pair keeps the clearance.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied if it is
-    ///     C-contiguous.
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. A C-contiguous array is not copied.
     /// threads: 0 for one per core.
-    /// Returns bool (n,), or of no dimension for one. Exact, see `Scene.distances`.
+    /// Returns bool (n,), or without dimensions for one. It is exact, see `Scene.distances`.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, threads = 0))]
@@ -31,14 +30,13 @@ impl Scene {
         rows::check(self.handle(), Q, threads)
     }
 
-    /// Least signed distance [m] of any checked pair of bodies: negative if two overlap, inf
-    /// if no pair is checked.
+    /// Computes the least signed distance [m] of any checked pair of bodies: negative if two
+    /// overlap, inf if no pair is checked.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied if it is
-    ///     C-contiguous.
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. A C-contiguous array is not copied.
     /// threads: 0 for one per core.
-    /// Returns float64 (n,), or of no dimension for one. Exact if positive, and for convex
-    /// shapes; for overlapping meshes an estimate of the overlap from below.
+    /// Returns float64 (n,), or without dimensions for one. It is exact if positive, and for convex
+    /// shapes; for overlapping meshes it estimates the overlap from below.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, threads = 0))]
@@ -56,17 +54,20 @@ impl Scene {
         shaped(py, distances, q.single)
     }
 
-    /// Whether the whole segment from each configuration of A to the one of B is free, along the
-    /// geodesic that the scene's metric measures: thin obstacles included, nothing is sampled.
+    /// Checks whether the whole segment from each configuration of A to that of B is free, along
+    /// the geodesic of the scene's metric. It takes no samples, so that it finds thin obstacles
+    /// too.
     ///
-    /// A, B: float64 (n, nq), or (nq,) for one way; within the limits.
+    /// A, B: float64 (n, nq), or (nq,) for one segment; within the limits.
     /// resolution: how closely a first contact is enclosed, in metres of motion; at least 1e-5.
-    ///     Bodies that come about as near as that to losing the clearance may leave a way
+    ///     Bodies that come about as near as that to losing the clearance may leave a segment
     ///     undecided.
-    /// threads: 0 for one per core. Returns a structured array (n,) with the fields free (proved),
-    /// contact (a collision was found; neither: undecided), free_until (fraction of the segment up
-    /// to which it is proved free), at (fraction where a configuration collides, or nearly does
-    /// if undecided; nan if free) and pair (index into `pairs` of what does; -1 if free).
+    /// threads: 0 for one per core.
+    /// Returns a structured array (n,) with the fields free (proved), contact (a collision was
+    /// found), free_until (fraction of the segment up to which it is proved free), at (fraction at
+    /// which a configuration collides, or nearly does if undecided; nan if free) and pair (index
+    /// into `pairs` of the pair that does; -1 if free). A segment that is neither free nor has a
+    /// contact is undecided.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (A, B, *, resolution = 1e-4, threads = 0))]
@@ -81,7 +82,7 @@ impl Scene {
         segments::check(self, A, B, resolution, thread_count(threads)?)
     }
 
-    /// The pairs of bodies that collide at one configuration, by their names.
+    /// Returns the pairs of bodies that collide at one configuration, by their names.
     ///
     /// q: float64 (nq,), within the limits.
     ///
@@ -95,13 +96,13 @@ impl Scene {
         Ok(pairs.into_iter().map(|pair| scene.pair_names(pair).into()).collect())
     }
 
-    /// Pairs of bodies that collide in every one of some random configurations: most likely links
-    /// that overlap by design and belong in `disable`.
+    /// Returns the pairs of bodies that collide in every one of some random configurations. Most
+    /// likely they are links that overlap by design and belong in `disable`.
     ///
-    /// n: how many configurations, 1 or more.
-    /// seed: of the random numbers.
-    /// share: of the configurations in which a pair has to collide; 0.95 for those that nearly
-    ///     always do.
+    /// n: number of configurations, 1 or more.
+    /// seed: seed of the random numbers.
+    /// share: share of the configurations in which a pair has to collide; 0.95 also finds pairs
+    ///     that nearly always do.
     #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0), share = 1.0), text_signature = "($self, n=100, *, seed=0, share=1.0)")]
     fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed, share: f64) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
@@ -119,17 +120,16 @@ impl Scene {
         Ok(pairs.into_iter().map(|(pair, _)| self.inner().pair_names(pair).into()).collect())
     }
 
-    /// Uniformly random configurations within the limits.
+    /// Draws uniformly random configurations within the limits.
     ///
-    /// n: how many, 0 or more.
-    /// seed: of the random numbers; the same configurations for the same seed.
-    /// colliding: True for configurations in collision only, False for free ones only, None for
-    ///     any.
+    /// n: number of configurations, 0 or more.
+    /// seed: seed of the random numbers; the same seed gives the same configurations.
+    /// colliding: True draws configurations in collision only, False free ones only, None any.
     /// threads: 0 for one per core. The configurations do not depend on it.
     /// Returns float64 (n, nq).
     ///
-    /// Raises RuntimeError if a million in a row are not of that kind, MemoryError if n are
-    /// too many to hold.
+    /// Raises RuntimeError if a million in a row are not of that kind, MemoryError if memory
+    /// cannot hold n.
     #[pyo3(
         signature = (n, *, seed = Seed(0), colliding = None, threads = 0),
         text_signature = "($self, n, *, seed=0, colliding=None, threads=0)"

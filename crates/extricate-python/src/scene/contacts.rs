@@ -13,12 +13,13 @@ use crate::rows::arrays::configs;
 
 #[pymethods]
 impl Scene {
-    /// Signed distance [m] of every checked pair of bodies: negative if the two overlap.
+    /// Computes the signed distance [m] of every checked pair of bodies, negative if the two
+    /// overlap.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; within the limits.
     /// threads: 0 for one per core.
-    /// Returns float64 (n, len(pairs)), or (len(pairs),) for one, in the order of `pairs`. As exact
-    /// as `distances`, which is the least of each row. Clearances are not taken off.
+    /// Returns float64 (n, len(pairs)), or (len(pairs),) for one, in the order of `pairs`. It is as
+    /// exact as `distances`, which is the least of each row. Clearances are not subtracted.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, threads = 0))]
@@ -36,17 +37,18 @@ impl Scene {
         PyArray1::from_vec(py, found.concat()).reshape(shape)
     }
 
-    /// Where bodies are near each other or overlap, of free configurations too.
+    /// Finds the contacts of bodies that are near each other or overlap, also at free
+    /// configurations.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; within the limits.
-    /// within: pairs nearer than this [m] are returned.
+    /// within: only pairs nearer than this [m] have contacts in the result.
     /// threads: 0 for one per core.
-    /// Returns a structured array, a row a contact, by configuration and pair, with the fields row
-    /// (of Q), pair (index into `pairs`), distance (signed [m]; negative if the two overlap),
-    /// points (2, 3) (nearest, or deepest, on the first and on the second body, world coordinates
-    /// [m]) and normal (3,) (unit, from the second body toward the first). A pair of convex shapes
-    /// has one contact, exact also if they overlap; meshes have several, the nearest exact;
-    /// if meshes overlap, they are estimates.
+    /// Returns a structured array, a row for each contact, by configuration and pair, with the
+    /// fields row (of Q), pair (index into `pairs`), distance (signed [m]; negative if the two
+    /// overlap), points (2, 3) (nearest, or deepest, on the first and on the second body, world
+    /// coordinates [m]) and normal (3,) (unit, from the second body toward the first). A pair of
+    /// convex shapes has one contact, exact also if they overlap. Meshes have several, and the
+    /// nearest is exact; if meshes overlap, all are estimates.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, within, threads = 0))]

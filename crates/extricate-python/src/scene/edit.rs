@@ -50,11 +50,11 @@ fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Pose> {
 
 #[pymethods]
 impl Scene {
-    /// This scene with obstacles elsewhere; the rest of what is prepared is shared, so that it
-    /// costs as much as what moved.
+    /// Returns this scene with obstacles moved. It shares all other prepared data, so that the call
+    /// costs only as much as what moved.
     ///
-    /// poses: by name of an obstacle, where it stands now: position (3,) [m], position and roll,
-    ///     pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    /// poses: new pose by name of an obstacle: position (3,) [m], position and roll, pitch, yaw
+    ///     (6,) [m, rad], or a transform (4, 4).
     ///
     /// Raises ValueError for names that no obstacle has.
     fn moved(&self, poses: &Bound<'_, PyMapping>) -> PyResult<Self> {
@@ -70,19 +70,19 @@ impl Scene {
         self.changed(moved.map_err(exception)?)
     }
 
-    /// This scene with more obstacles; what is prepared of the rest is shared.
+    /// Returns this scene with more obstacles. It shares prepared data of the rest.
     ///
-    /// obstacles: as `Scene` takes them.
+    /// obstacles: as in `Scene`.
     ///
-    /// Raises ValueError for names that are taken, and what `Scene` refuses.
+    /// Raises ValueError for names that are taken, and for what `Scene` refuses.
     fn with_obstacles(&self, obstacles: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.changed(with_obstacles(obstacles.py(), self.inner(), obstacles)?)
     }
 
-    /// This scene without some obstacles, or objects that links hold; what is prepared of the rest
-    /// is shared.
+    /// Returns this scene without some obstacles or attached objects. It shares prepared data of
+    /// the rest.
     ///
-    /// names: of obstacles and of attached objects.
+    /// names: names of obstacles and of attached objects.
     ///
     /// Raises ValueError for names that none of them has.
     fn without(&self, py: Python<'_>, names: Names) -> PyResult<Self> {
@@ -91,9 +91,9 @@ impl Scene {
         self.told(py, rest.map_err(exception)?)
     }
 
-    /// This scene with some pairs of bodies no longer checked; what is prepared is shared.
+    /// Returns this scene with some pairs of bodies no longer checked. It shares prepared data.
     ///
-    /// pairs: of names of bodies; pairs that are not checked anyway stay so.
+    /// pairs: pairs of names of bodies; pairs that are not checked anyway stay so.
     ///
     /// Raises ValueError for names that no body has.
     fn disabled(&self, py: Python<'_>, pairs: Vec<[String; 2]>) -> PyResult<Self> {
@@ -101,12 +101,13 @@ impl Scene {
         self.told(py, self.inner().disabled(pairs).map_err(exception)?)
     }
 
-    /// This scene with an object that a link holds, such as a can in a gripper: it moves with the
-    /// link, and is checked against everything but what is fixed to the link and `touch`.
+    /// Returns this scene with an object that a link holds, such as a can in a gripper. The object
+    /// moves with the link, and is checked against everything but `touch` and what is fixed to the
+    /// link.
     ///
-    /// shape: as an obstacle of `Scene`; its pose is in the link's coordinates.
-    /// link: its name; it need not have geometry.
-    /// pose: in place of the shape's own, in the link's coordinates.
+    /// shape: an obstacle as in `Scene`; its pose is in the link's coordinates.
+    /// link: name of the link, which need not have geometry.
+    /// pose: pose in the link's coordinates, in place of the shape's own.
     /// touch: names of links, obstacles and attached objects that it may touch.
     ///
     /// Raises ValueError for names that are taken or that nothing has.

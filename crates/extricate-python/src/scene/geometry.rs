@@ -17,13 +17,13 @@ type Triangles<'py> = (Bound<'py, PyArray<f64, Ix2>>, Bound<'py, PyArray<i64, Ix
 
 #[pymethods]
 impl Scene {
-    /// Where bodies are in the world: forward kinematics.
+    /// Computes the poses of bodies in the world: forward kinematics.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; beyond the limits too.
-    /// of: names of bodies or of links, which need no geometry; all of `bodies` if None.
+    /// Q: float64 (n, nq), or (nq,) for one; it may be beyond the limits.
+    /// of: names of bodies or of links, which need no geometry; None takes all of `bodies`.
     /// Returns float64 (n, len(of), 4, 4), or (len(of), 4, 4) for one: transforms from a body's own
-    /// coordinates [m] to those of the world. Those of a link are the URDF's; of an obstacle or an
-    /// attached object, those of its shape.
+    /// coordinates [m] to those of the world. A link has the URDF's coordinates; an obstacle or an
+    /// attached object has those of its shape.
     ///
     /// Raises ValueError for wrong shapes, names that nothing has, values that are not finite.
     #[pyo3(signature = (Q, of = None))]
@@ -68,13 +68,13 @@ impl Scene {
         PyArray1::from_vec(py, numbers).reshape(shape)
     }
 
-    /// The triangles of a body, to be drawn where `poses` says.
+    /// Returns the triangles of a body, to draw at its pose from `poses`.
     ///
-    /// body: its name.
+    /// body: name of the body.
     /// segments: sides of round shapes around their axis, 3 or more.
-    /// Returns (vertices, triangles): float64 (v, 3) [m] in the body's own coordinates, int64 (t,
-    /// 3) indices of them, counterclockwise from outside. Round shapes are inscribed; of a
-    /// half-space it is a square of 10 m.
+    /// Returns (vertices, triangles): float64 (v, 3) [m] in the body's own coordinates, int64
+    /// (t, 3) indices of them, counterclockwise from outside. Round shapes are inscribed; a
+    /// half-space is a square of 10 m.
     ///
     /// Raises ValueError for a name that no body has.
     #[pyo3(signature = (body, segments = Whole::Number(32)), text_signature = "($self, body, segments=32)")]

@@ -13,14 +13,13 @@ use crate::long_call;
 
 #[pymethods]
 impl Scene {
-    /// The robots of this scene in the world of a file.
+    /// Returns the robots of this scene in the world of a file.
     ///
-    /// path: a scene file (TOML) without a robot, whose obstacles take the place of those here, and
-    ///     whose attached objects, disabled pairs and padding come on top; or one that MoveIt
-    ///     wrote: .scene text, or a PlanningScene as .yaml or .json. A UserWarning tells what of
-    ///     that is not taken.
-    ///
-    /// load_limits: other limits of what the files may hold, as `Scene.load` takes them.
+    /// path: a scene file (TOML) without a robot: its obstacles replace those of this scene, and
+    ///     its attached objects, disabled pairs and padding are added. Or a world that MoveIt
+    ///     wrote: .scene text, or a PlanningScene as .yaml or .json. A UserWarning names what of it
+    ///     is not used.
+    /// load_limits: limits of what the files may hold, as in `Scene.load`.
     /// packages: folders in which `package://NAME/...` is looked up first.
     ///
     /// Raises OSError for a file that cannot be read, ValueError for what cannot be used in it.
@@ -39,15 +38,15 @@ impl Scene {
     }
 }
 
-/// Writes a world of MoveIt as a scene file, meshes into a folder beside it.
+/// Writes a world of MoveIt as a scene file, and its meshes into a folder beside it.
 ///
 /// path: .scene text, or a PlanningScene as .yaml or .json.
 /// output: the scene file to write (TOML).
-/// robot: the URDF that the scene file then names; or a scene file or a Scene, whose links and
-///     frames are looked up alone. Without it the file is a world for `Scene.in_world`.
-/// load_limits: other limits of what the files may hold, as `Scene.load` takes them.
-/// Returns the paths that were written, the scene file first. A UserWarning tells what is not
-/// taken, or taken for something else; the head of the scene file tells it too.
+/// robot: the URDF that the scene file then names; or a scene file or a Scene, which serves only to
+///     look up links and frames. Without it the file is a world for `Scene.in_world`.
+/// load_limits: limits of what the files may hold, as in `Scene.load`.
+/// Returns the paths that were written, the scene file first. A UserWarning and the head of the
+/// scene file name what is left out or replaced by something else.
 ///
 /// Raises OSError for files that cannot be read or written, ValueError for what cannot be used.
 #[pyfunction]
@@ -77,7 +76,7 @@ pub fn import_world(
     Ok([output].into_iter().chain(done.meshes).collect())
 }
 
-/// The folder of a package that a file names, by the rule by which meshes of URDFs are found.
+/// Returns the folder of a package that a file names, by the rule for meshes of URDFs.
 #[pyfunction]
 pub fn _find_package(package: &str, near: PathBuf, packages: Vec<PathBuf>) -> Option<PathBuf> {
     files::find_package(package, &near, &packages)

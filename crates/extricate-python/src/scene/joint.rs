@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 /// A joint, or the moving base of a robot, that has coordinates.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Joint {
-    /// As in the URDF; `robot/joint` if two robots share a name.
+    /// Name as in the URDF; `robot/joint` if two robots share a name.
     name: String,
-    /// As URDF spells it.
+    /// Type of the joint, as URDF spells it.
     kind: String,
     /// Index of its first coordinate in a configuration.
     start: usize,

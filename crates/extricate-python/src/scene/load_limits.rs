@@ -10,7 +10,7 @@ use crate::error::{Whole, count};
 
 pub type Limits = HashMap<String, Whole>;
 
-/// Returns the default limits with those of `given` in place of theirs.
+/// Returns the default limits, with those of `given` in their place.
 pub fn limits_of(given: Option<Limits>) -> PyResult<LoadLimits> {
     given.into_iter().flatten().try_fold(LoadLimits::default(), |limits, (name, most)| {
         match LoadLimit::ALL.into_iter().find(|limit| limit.name() == name) {

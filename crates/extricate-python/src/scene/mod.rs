@@ -28,32 +28,33 @@ use crate::solver::handle::Handle;
 use joint::Joint;
 use load_limits::{Limits, limits_of};
 
-/// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are
-/// from each other.
+/// Robots, obstacles, the pairs of bodies that must stay apart, and the metric, which measures the
+/// distance of two configurations.
 ///
 /// Configurations are rows of `nq` numbers in the order of `joints` (angles in rad, lengths in m,
-/// quaternions x, y, z, w). Immutable; may be shared between threads, and pickled.
+/// quaternions x, y, z, w). A scene is immutable: threads may share it. It pickles.
 ///
 /// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(),
 /// enable=(), padding=None, pair_clearance=(), packages=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
-/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
-///     `HeightField` objects.
+/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Fixture`, `Points`, `Voxels`,
+///     `HalfSpace` and `HeightField` objects.
 /// clearance: least distance [m] that every checked pair of a free configuration keeps; or
-///     {"world": .., "self": ..}, of pairs with an obstacle and of others, 1e-4 if one is not
-///     named.
+///     {"world": .., "self": ..}: one for pairs with an obstacle and one for others, 1e-4 if one is
+///     missing.
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
-/// weights: by joint, of squared displacements in the joint metric; 1 if a joint is not named.
+/// weights: by joint, weights of squared displacements in the joint metric; 1 for joints that are
+///     not named.
 /// disable: pairs of names of bodies that need not stay apart.
-/// enable: pairs of names of bodies that must, although one joint joins them or an SRDF disables
-///     them.
-/// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of
+/// enable: pairs of names of bodies that must stay apart although one joint joins them or an SRDF
+///     disables them.
+/// padding: by name, what a link adds to its clearance toward obstacles, or an obstacle to that of
 ///     all its pairs [m].
-/// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is
-///     said.
-/// packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`; then
-///     come `packages` of a `Robot`, the folders that its URDF lies in, and those of
+/// pair_clearance: (name, name, clearance [m]) of pairs with a clearance of their own, whatever the
+///     other arguments are.
+/// packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`. Then
+///     come `packages` of a `Robot`, the folders that contain its URDF, and those of
 ///     AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
@@ -70,7 +71,7 @@ impl Scene {
         Self { handle: Handle::new(solver) }
     }
 
-    /// Wraps a changed `scene`, which shares with this one what is prepared of equal bodies.
+    /// Wraps a changed `scene`, which shares prepared data of equal bodies with this one.
     ///
     /// # Errors
     /// None: a solver without a model takes every scene.
@@ -122,10 +123,10 @@ impl Scene {
         warned(py, assembled.map_err(exception)?).map(Self::of)
     }
 
-    /// Loads a scene file (TOML) and all that it names.
+    /// Loads a scene file (TOML) and all files that it names.
     ///
-    /// load_limits: other limits of what the files may hold, by name, such as
-    ///     {"triangles": 50_000_000}; docs/reference/limits.md lists them.
+    /// load_limits: limits of what the files may hold, by name, in place of the default ones, such
+    ///     as {"triangles": 50_000_000}; docs/reference/limits.md lists them.
     /// packages: folders in which `package://NAME/...` is looked up first.
     #[staticmethod]
     #[pyo3(signature = (path, *, load_limits = None, packages = Folders::default()), text_signature = "(path, *, load_limits=None, packages=())")]
@@ -135,14 +136,15 @@ impl Scene {
         warned(py, loaded.map_err(exception)?).map(Self::of)
     }
 
-    /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".
+    /// Makes a built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or
+    /// "four-legs".
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
         Ok(Self::of(Arc::new(long_call::pooled(py, || builtin::scene(name))?.map_err(exception)?)))
     }
 
-    /// The files of a built-in scene: contents by path, the scene file first, its URDF and meshes
-    /// after it.
+    /// Returns the files of a built-in scene: contents by path, the scene file first, then its URDF
+    /// and meshes.
     #[staticmethod]
     fn builtin_files<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
         let unknown = || PyValueError::new_err(format!("name: got \"{name}\", expected one of {:?}", builtin::NAMES));
@@ -171,13 +173,13 @@ impl Scene {
         self.inner().clearance()
     }
 
-    /// "joint", "object-norm" or "max-displacement".
+    /// Name of the metric: "joint", "object-norm" or "max-displacement".
     #[getter]
     fn metric(&self) -> &'static str {
         self.inner().metric().name()
     }
 
-    /// What the coordinates are, in order.
+    /// The joints that have coordinates, in order.
     #[getter]
     fn joints(&self) -> Vec<Joint> {
         self.inner().joints().iter().map(Joint::of).collect()
@@ -210,7 +212,7 @@ impl Scene {
         (0..scene.pairs().len()).map(|pair| scene.pair_names(extricate::PairId::new(pair)).into()).collect()
     }
 
-    /// What a user should know: meshes that are not closed, defaults that were taken.
+    /// Warnings about the scene: meshes that are not closed, defaults that were taken.
     #[getter]
     fn warnings(&self) -> Vec<&str> {
         self.inner().warnings().iter().map(String::as_str).collect()
@@ -222,7 +224,7 @@ impl Scene {
         format!("<Scene of {nq} coordinates, {bodies} bodies, {pairs} checked pairs, metric {}>", self.metric())
     }
 
-    /// The inverse of pickling.
+    /// Makes a scene from its pickled bytes.
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         let scene = long_call::pooled(py, || extricate::Scene::from_bytes(data))?;

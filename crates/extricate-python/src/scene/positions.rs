@@ -12,12 +12,12 @@ use crate::rows::arrays::{bad_row, floats, numbers, one_config};
 
 #[pymethods]
 impl Scene {
-    /// One configuration from the positions of joints by name.
+    /// Converts positions by joint name to one configuration.
     ///
-    /// positions: a dict by joint, for each of `joints` a number [rad or m], or as many as it has
-    ///     coordinates; or a JointState: an object with `name` and `position`, or a dict with
-    ///     these. Joints that are locked, mimic or fixed may be among them: a UserWarning says
-    ///     if their position is not the scene's.
+    /// positions: a dict by joint: for each of `joints` a number [rad or m], or as many as it has
+    ///     coordinates. Or a JointState: an object with `name` and `position`, or a dict with
+    ///     these. It may include joints that are locked, mimic or fixed: a UserWarning reports
+    ///     those whose position is not the scene's.
     /// Returns float64 (nq,): angles of continuous joints within [-pi, pi), quaternions of length
     /// 1.
     ///
@@ -37,10 +37,10 @@ impl Scene {
         Ok(scene.config(&found.values).map_err(exception)?.to_pyarray(py))
     }
 
-    /// The positions of all joints that are not fixed, by name: the inverse of `config`, with what
-    /// follows of mimic joints and where locked ones stand.
+    /// Converts a configuration to positions by joint name: the inverse of `config`. It includes
+    /// mimic and locked joints, but not fixed ones.
     ///
-    /// q: float64 (nq,); beyond the limits too.
+    /// q: float64 (nq,); it may be beyond the limits.
     /// Returns a dict: a float [rad or m] for a joint with one coordinate, else float64 (n,).
     ///
     /// Raises ValueError for a wrong shape and values that are not finite.

@@ -157,7 +157,7 @@ impl Checker {
     }
 
     /// Returns whether a pair is checked; see [`Checker::only`].
-    pub(super) fn looks_at(&self, pair: u32) -> bool {
+    pub(super) fn is_checked(&self, pair: u32) -> bool {
         self.only.as_ref().is_none_or(|only| only[pair as usize])
     }
 
@@ -237,7 +237,7 @@ impl Checker {
             self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
         }
         if self.only.is_some() {
-            scratch.broad.pairs.retain(|pair| self.looks_at(*pair));
+            scratch.broad.pairs.retain(|pair| self.is_checked(*pair));
         }
     }
 

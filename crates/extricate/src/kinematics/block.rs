@@ -40,7 +40,7 @@ impl PoseBlock {
             lanes
         }));
         self.frames.resize(scene.frames.len(), [[0.0; LANES]; 12]);
-        pulp::Arch::new().dispatch(Place { scene, block: self });
+        pulp::Arch::new().dispatch(PlaceFrames { scene, block: self });
     }
 
     /// Number of frames of the scene.
@@ -58,16 +58,16 @@ impl PoseBlock {
     /// of [`Pose::point`] to the last bit.
     pub fn points<'a>(&self, points: impl Iterator<Item = (usize, &'a Vec3)>, out: &mut Vec<[Lanes; 3]>) {
         out.clear();
-        pulp::Arch::new().dispatch(Points { block: self, points, out });
+        pulp::Arch::new().dispatch(PlacePoints { block: self, points, out });
     }
 }
 
-struct Place<'a> {
+struct PlaceFrames<'a> {
     scene: &'a Scene,
     block: &'a mut PoseBlock,
 }
 
-impl WithSimd for Place<'_> {
+impl WithSimd for PlaceFrames<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -119,13 +119,13 @@ fn numbers<S: Simd>(simd: S, frame: &[Lanes; 12], half: usize) -> Numbers<S> {
     numbers
 }
 
-struct Points<'a, I> {
+struct PlacePoints<'a, I> {
     block: &'a PoseBlock,
     points: I,
     out: &'a mut Vec<[Lanes; 3]>,
 }
 
-impl<'a, I: Iterator<Item = (usize, &'a Vec3)>> WithSimd for Points<'_, I> {
+impl<'a, I: Iterator<Item = (usize, &'a Vec3)>> WithSimd for PlacePoints<'_, I> {
     type Output = ();
 
     #[inline(always)]

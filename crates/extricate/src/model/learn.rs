@@ -32,7 +32,7 @@ use crate::metric::relative::{self, RelativePoses};
 use crate::query::prepared::Prepared;
 use crate::query::{QueryOptions, QueryScratch, Termination, index_samples, nearest_exit};
 use crate::samples::SampleSet;
-use crate::samples::trace::{TraceGround, trace};
+use crate::samples::trace::{TraceInputs, trace};
 use crate::scene::Scene;
 
 /// Receives the state of learning after every batch of labels, and may stop it.
@@ -60,20 +60,20 @@ const SURPRISE_SEEDS_PER_SECOND: f64 = 1000.0;
 pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
     options.pool()?.install(|| {
         let mut budget = Budget::new(options, report);
-        let ground = Ground::new(scene, options);
+        let inputs = LearnInputs::new(scene, options);
 
-        let (mut known, colliding_share) = explore(&ground, &mut budget);
+        let (mut known, colliding_share) = explore(&inputs, &mut budget);
         if known.free.is_empty() {
-            return Err(nothing_free(&ground, &known, &budget));
+            return Err(nothing_free(&inputs, &known, &budget));
         }
-        let classified = train(&ground, &mut known, &mut budget);
-        let mut samples = trace_boundary(&ground, &mut known, &mut budget);
-        let solved = solve(&ground.prepared, ground.gap, &ground.halton, &mut known, &mut samples, &mut budget);
-        let stand_ins = stand_in(&ground, &known, &mut samples);
+        let classified = train(&inputs, &mut known, &mut budget);
+        let mut samples = trace_boundary(&inputs, &mut known, &mut budget);
+        let solved = solve(&inputs.prepared, inputs.gap, &inputs.halton, &mut known, &mut samples, &mut budget);
+        let stand_ins = stand_in(&inputs, &known, &mut samples);
         let boundary =
-            index_samples(ground.prepared.checker(), ground.prepared.metric(), samples, solved, options.seed);
+            index_samples(inputs.prepared.checker(), inputs.prepared.metric(), samples, solved, options.seed);
         let end_of_learning = budget.end();
-        let measured = measure_learned(&ground, &boundary, &mut budget);
+        let measured = measure_learned(&inputs, &boundary, &mut budget);
 
         let Evaluation { density, excess, gap, checks } = measured;
         let Classified { classifier, accuracy_free, accuracy_colliding, held_out } = classified;
@@ -89,19 +89,19 @@ pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resul
             accuracy_free_interval: interval(accuracy_free, held_out[0]),
             accuracy_colliding,
             accuracy_colliding_interval: interval(accuracy_colliding, held_out[1]),
-            boundary_gap: (stand_ins < boundary.len()).then_some(ground.gap),
+            boundary_gap: (stand_ins < boundary.len()).then_some(inputs.gap),
             density,
             excess,
             gap,
             measuring_checks: checks,
             ended_by: ended_by(end_of_learning, &budget),
         };
-        Ok(Model { prepared: ground.prepared.into(), boundary, classifier, statistics })
+        Ok(Model { prepared: inputs.prepared.into(), boundary, classifier, statistics })
     })
 }
 
 /// The inputs that all steps share.
-struct Ground<'a> {
+struct LearnInputs<'a> {
     options: &'a LearnOptions,
     /// The scene, without samples.
     prepared: Prepared,
@@ -111,7 +111,7 @@ struct Ground<'a> {
     gap: f64,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> LearnInputs<'a> {
     fn new(scene: Scene, options: &'a LearnOptions) -> Self {
         let prepared = Prepared::new(Arc::new(scene));
         let halton = Halton::new(prepared.scene().space.nv(), options.seed);
@@ -133,31 +133,31 @@ impl<'a> Ground<'a> {
 
 /// Labels evenly spread configurations up to its share of the budget, and further until one is
 /// free. Also returns the share that collides.
-fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
-    let (space, nq) = (&ground.prepared.scene().space, ground.nq());
-    let label = |configs: &[f64]| ground.label(configs);
-    let wanted = ((ground.options.labels as f64 * EXPLORED_SHARE) as usize).clamp(1, MAX_EXPLORED_LABELS);
+fn explore(inputs: &LearnInputs, budget: &mut Budget) -> (Exploration, f64) {
+    let (space, nq) = (&inputs.prepared.scene().space, inputs.nq());
+    let label = |configs: &[f64]| inputs.label(configs);
+    let wanted = ((inputs.options.labels as f64 * EXPLORED_SHARE) as usize).clamp(1, MAX_EXPLORED_LABELS);
     let mut known = Exploration::default();
     while budget.end().is_none() && budget.spent() < wanted && budget.fraction() < EXPLORED_SHARE {
         let batch = BATCH.min(wanted - budget.spent());
-        known.extend(space, &ground.halton, batch, &label, budget);
+        known.extend(space, &inputs.halton, batch, &label, budget);
     }
     let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
     let colliding_share = colliding as f64 / (colliding + free).max(1) as f64;
     if free < MIN_FREE_CONFIGS && colliding > MIN_COLLIDING_PER_FREE * free.max(1) {
-        add_exits(ground, &mut known, budget);
+        add_exits(inputs, &mut known, budget);
     }
     while budget.end().is_none() && known.free.is_empty() {
-        known.extend(space, &ground.halton, BATCH, &label, budget);
+        known.extend(space, &inputs.halton, BATCH, &label, budget);
     }
     (known, colliding_share)
 }
 
 /// Adds exits of colliding configurations to the free ones.
-fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
+fn add_exits(inputs: &LearnInputs, known: &mut Exploration, budget: &mut Budget) {
     let (context, space, mut scratch) =
-        (ground.prepared.context(), &ground.prepared.scene().space, QueryScratch::default());
-    for seed in known.colliding.chunks_exact(ground.nq()).take(MIN_FREE_CONFIGS) {
+        (inputs.prepared.context(), &inputs.prepared.scene().space, QueryScratch::default());
+    for seed in known.colliding.chunks_exact(inputs.nq()).take(MIN_FREE_CONFIGS) {
         if budget.end().is_some() {
             break;
         }
@@ -169,24 +169,24 @@ fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
 }
 
 /// Returns why there is no model: the caller stopped, or nothing was free (with advice).
-fn nothing_free(ground: &Ground, known: &Exploration, budget: &Budget) -> Error {
+fn nothing_free(inputs: &LearnInputs, known: &Exploration, budget: &Budget) -> Error {
     if budget.end() == Some(BudgetEnd::Interrupted) {
         return Error::Interrupted;
     }
-    Error::NothingFree { labels: budget.spent(), advice: advice(ground.prepared.checker(), &known.colliding) }
+    Error::NothingFree { labels: budget.spent(), advice: advice(inputs.prepared.checker(), &known.colliding) }
 }
 
 /// Trains the classifier of the obstacle region, one support vector machine for each pair of
 /// bodies. Then orders the colliding configurations for the next steps: near misses and those that
 /// the classifier gets wrong come first, since small components hide among them.
-fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Classified {
+fn train(inputs: &LearnInputs, known: &mut Exploration, budget: &mut Budget) -> Classified {
     if budget.end().is_some() {
         return Classified::default();
     }
     budget.stage("training");
-    let (checker, nq) = (ground.prepared.checker(), ground.nq());
+    let (checker, nq) = (inputs.prepared.checker(), inputs.nq());
     let relative = RelativePoses::new(checker.scene_arc().clone());
-    let label = |configs: &[f64]| ground.label(configs);
+    let label = |configs: &[f64]| inputs.label(configs);
     let features = |configs: &[f64], pairs: &[u32]| relative_poses(&relative, nq, configs, pairs);
     let containing = |configs: &[f64]| colliding_parts(checker, &relative, configs);
     let parts = Parts {
@@ -196,8 +196,8 @@ fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Class
         features: &features,
         width: relative::WIDTH,
     };
-    let classified = classify(&checker.scene().space, &parts, known, ground.options.seed, budget);
-    let seeds = NearMisses::new(checker, ground.prepared.metric()).seeds(known, &label, budget);
+    let classified = classify(&checker.scene().space, &parts, known, inputs.options.seed, budget);
+    let seeds = NearMisses::new(checker, inputs.prepared.metric()).seeds(known, &label, budget);
     if let Some(classifier) = &classified.classifier
         && budget.end() != Some(BudgetEnd::Interrupted)
     {
@@ -209,41 +209,41 @@ fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Class
 }
 
 /// Traces the boundary from colliding configurations to verified samples close to it, row major.
-fn trace_boundary(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Vec<f64> {
+fn trace_boundary(inputs: &LearnInputs, known: &mut Exploration, budget: &mut Budget) -> Vec<f64> {
     budget.stage("tracing the boundary");
-    let label = |configs: &[f64]| ground.label(configs);
-    let to_trace = TraceGround {
-        space: &ground.prepared.scene().space,
-        metric: ground.prepared.metric(),
+    let label = |configs: &[f64]| inputs.label(configs);
+    let to_trace = TraceInputs {
+        space: &inputs.prepared.scene().space,
+        metric: inputs.prepared.metric(),
         label: &label,
-        halton: &ground.halton,
-        gap: ground.gap,
-        seed: ground.options.seed,
+        halton: &inputs.halton,
+        gap: inputs.gap,
+        seed: inputs.options.seed,
     };
     trace(&to_trace, known, MAX_TRACING_SHARE, budget)
 }
 
 /// Inserts free configurations before the samples if these are few, and returns how many.
-fn stand_in(ground: &Ground, known: &Exploration, samples: &mut Vec<f64>) -> usize {
-    let missing = MIN_SAMPLES.saturating_sub(samples.len() / ground.nq()) * ground.nq();
+fn stand_in(inputs: &LearnInputs, known: &Exploration, samples: &mut Vec<f64>) -> usize {
+    let missing = MIN_SAMPLES.saturating_sub(samples.len() / inputs.nq()) * inputs.nq();
     let stand_ins = &known.free[..known.free.len().min(missing)];
     samples.splice(..0, stand_ins.iter().copied());
-    stand_ins.len() / ground.nq()
+    stand_ins.len() / inputs.nq()
 }
 
 /// Measures the model on configurations that nothing was learned from. A run that the caller
 /// stopped is not measured.
-fn measure_learned(ground: &Ground, boundary: &SampleSet, budget: &mut Budget) -> Evaluation {
+fn measure_learned(inputs: &LearnInputs, boundary: &SampleSet, budget: &mut Budget) -> Evaluation {
     if budget.end() == Some(BudgetEnd::Interrupted) {
         return Evaluation::default();
     }
     budget.note(boundary.len(), None);
-    let extent = Extent { until: budget.until_measured(), ..Extent::after(budget.spent(), ground.options.seed) };
+    let extent = Extent { until: budget.until_measured(), ..Extent::after(budget.spent(), inputs.options.seed) };
     let mut go_on = || {
         budget.stage("measuring");
         budget.end() != Some(BudgetEnd::Interrupted)
     };
-    measure(&ground.prepared, boundary, &extent, &mut go_on).unwrap_or_default()
+    measure(&inputs.prepared, boundary, &extent, &mut go_on).unwrap_or_default()
 }
 
 /// Returns what ended learning, or that the caller stopped measuring.

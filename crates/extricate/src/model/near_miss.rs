@@ -58,7 +58,7 @@ struct Miss {
 
 /// Memory that the evaluations of one thread reuse.
 #[derive(Default)]
-struct Look {
+struct ContactScratch {
     check: CheckScratch,
     contacts: Vec<Contact>,
     twists: Twists,
@@ -104,11 +104,11 @@ impl<'a> NearMisses<'a> {
         let looks = allowed.min(MAX_EVALUATIONS).min(free + colliding);
         let at_colliding = (looks * colliding).div_ceil((free + colliding).max(1)).min(looks);
         let mut touched = Patches::default();
-        for found in self.look_at(&known.colliding[..at_colliding * nq], None, until, budget) {
+        for found in self.contacts_at_all(&known.colliding[..at_colliding * nq], None, until, budget) {
             found.into_iter().filter(|miss| self.touches(miss)).for_each(|miss| touched.push(miss.patch));
         }
         let free = &known.free[..(looks - at_colliding) * nq];
-        let mut misses: Vec<Miss> = self.look_at(free, None, until, budget).into_iter().flatten().collect();
+        let mut misses: Vec<Miss> = self.contacts_at_all(free, None, until, budget).into_iter().flatten().collect();
         misses.retain(|miss| !self.touches(miss) && touched.count(&miss.patch, self.patch) == 0);
         misses.sort_by(|a, b| a.length.total_cmp(&b.length));
         let (mut seeds, mut tried, mut at) = (Vec::new(), Patches::default(), 0);
@@ -151,7 +151,7 @@ impl<'a> NearMisses<'a> {
                 break;
             }
             let pairs: Vec<PairId> = misses.iter().map(|miss| miss.patch.pair).collect();
-            let found = self.look_at(&trials, Some(&pairs), until, budget);
+            let found = self.contacts_at_all(&trials, Some(&pairs), until, budget);
             let mut going_on = Vec::new();
             for ((miss, trial), near) in misses.into_iter().zip(trials.chunks_exact(nq)).zip(found) {
                 match near.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)) {
@@ -180,42 +180,49 @@ impl<'a> NearMisses<'a> {
 
     /// Returns the near contacts at each of `configs`: of all pairs, or of one given pair each. It
     /// stops early once the share `until` of the budget is spent.
-    fn look_at(&self, configs: &[f64], pairs: Option<&[PairId]>, until: f64, budget: &mut Budget) -> Vec<Vec<Miss>> {
+    fn contacts_at_all(
+        &self,
+        configs: &[f64],
+        pairs: Option<&[PairId]>,
+        until: f64,
+        budget: &mut Budget,
+    ) -> Vec<Vec<Miss>> {
         let nq = self.checker.scene().space.nq();
         let mut all = Vec::new();
         for (batch, configs) in configs.chunks(CONFIGS_PER_BATCH * nq).enumerate() {
             if budget.end().is_some() || budget.fraction() > until {
                 break;
             }
-            let found = configs.par_chunks_exact(nq).enumerate().map_init(Look::default, |look, (k, q)| {
-                self.look(q, pairs.map(|pairs| pairs[batch * CONFIGS_PER_BATCH + k]), look)
-            });
+            let found =
+                configs.par_chunks_exact(nq).enumerate().map_init(ContactScratch::default, |scratch, (k, q)| {
+                    self.contacts_at(q, pairs.map(|pairs| pairs[batch * CONFIGS_PER_BATCH + k]), scratch)
+                });
             all.par_extend(found);
             budget.spend(configs.len() / nq);
         }
         all
     }
 
-    fn look(&self, q: &[f64], pair: Option<PairId>, look: &mut Look) -> Vec<Miss> {
+    fn contacts_at(&self, q: &[f64], pair: Option<PairId>, scratch: &mut ContactScratch) -> Vec<Miss> {
         // Proposals suffice and take a fraction of the time, since labels decide.
         let query = ContactQuery { margin: self.margin, search: ContactSearch::Proposal };
         // The result must not depend on what this thread evaluated before.
-        look.check.forget_contacts();
-        look.contacts.clear();
+        scratch.check.forget_contacts();
+        scratch.contacts.clear();
         match pair {
-            Some(pair) => self.checker.contacts_of(q, pair, query, &mut look.check, &mut look.contacts),
-            None => self.checker.contacts(q, query, &mut look.check, &mut look.contacts),
+            Some(pair) => self.checker.contacts_of(q, pair, query, &mut scratch.check, &mut scratch.contacts),
+            None => self.checker.contacts(q, query, &mut scratch.check, &mut scratch.contacts),
         }
-        look.twists.set(self.checker.scene(), look.check.poses());
-        let contacts = std::mem::take(&mut look.contacts);
-        let misses = contacts.iter().filter_map(|contact| self.miss(q, contact, look)).collect();
-        look.contacts = contacts;
+        scratch.twists.set(self.checker.scene(), scratch.check.poses());
+        let contacts = std::mem::take(&mut scratch.contacts);
+        let misses = contacts.iter().filter_map(|contact| self.miss(q, contact, scratch)).collect();
+        scratch.contacts = contacts;
         misses
     }
 
     /// Returns the step to a contact; `None` if it is out of reach, which overlaps never are.
-    fn miss(&self, q: &[f64], contact: &Contact, look: &mut Look) -> Option<Miss> {
-        let Look { check, twists, gradient, step, .. } = look;
+    fn miss(&self, q: &[f64], contact: &Contact, scratch: &mut ContactScratch) -> Option<Miss> {
+        let ContactScratch { check, twists, gradient, step, .. } = scratch;
         let (scene, poses) = (self.checker.scene(), check.poses());
         gradient.clear();
         gradient.resize(scene.space.nv(), 0.0);

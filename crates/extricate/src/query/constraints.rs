@@ -24,16 +24,16 @@ const MAX_DEPTH_FACTOR: f64 = 10.0;
 pub const MAX_HALVINGS: i32 = 6;
 
 /// Result of a search under constraints.
-pub trait Found {
+pub trait SearchResult {
     /// Returns the distance from the query, and the configuration.
-    fn place(&self) -> (f64, &[f64]);
+    fn nearest(&self) -> (f64, &[f64]);
 
     /// Notes that a limit ended the search for a larger clearance.
     fn note_cut(&mut self) {}
 }
 
-impl Found for Answer {
-    fn place(&self) -> (f64, &[f64]) {
+impl SearchResult for Answer {
+    fn nearest(&self) -> (f64, &[f64]) {
         (self.depth, &self.witness)
     }
 
@@ -46,7 +46,7 @@ impl Found for Answer {
 /// none is found that does, or only one that is too far (`MAX_DEPTH_FACTOR`). It then keeps as much
 /// of it as halving finds nearby, at least the scene's. Once the budget is spent, no further search
 /// begins. The evaluator then has the checks of all searches.
-pub(crate) fn under<T: Found>(
+pub(crate) fn under<T: SearchResult>(
     context: &Context,
     q: &[f64],
     options: &QueryOptions,
@@ -70,7 +70,7 @@ pub(crate) fn under<T: Found>(
     let was_found = wanted.is_some();
     let own = asking.at(context.clearance, Hint::default());
     let found = match (wanted, own) {
-        (Some(wanted), Some(own)) if wanted.place().0 <= farthest(context, aim, own.place().0) => Some(wanted),
+        (Some(wanted), Some(own)) if wanted.nearest().0 <= farthest(context, aim, own.nearest().0) => Some(wanted),
         (_, Some(own)) => Some(asking.pushed(q, own, (aim, was_found))),
         (wanted, None) => wanted,
     };
@@ -127,7 +127,7 @@ struct Asking<'a, 'c, A> {
     spent: usize,
 }
 
-impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Option<T>> Asking<'_, '_, A> {
+impl<T: SearchResult, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Option<T>> Asking<'_, '_, A> {
     /// Searches for a result that keeps a clearance.
     fn at(&mut self, clearance: f64, hint: Hint) -> Option<T> {
         let aim = (clearance != self.context.clearance).then_some(clearance);
@@ -142,7 +142,7 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Opt
     /// without another search.
     fn is_near(&mut self, q: &[f64], found: &T, aim: f64) -> bool {
         let (context, QueryScratch { evaluator, known, .. }) = (self.context, &mut *self.scratch);
-        let depth = found.place().0;
+        let depth = found.nearest().0;
         if evaluator.is_spent() || depth <= farthest(context, aim, 0.0) {
             return true;
         }
@@ -162,15 +162,15 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Opt
         let (context, mut anchor) = (self.context, Anchor::default());
         context.metric.anchor(q, &mut anchor);
         self.scratch.evaluator.begin(Deadline::of(&self.left()));
-        let pushed = push_nearby(context, &anchor, own.place().1, wanted, self.scratch);
+        let pushed = push_nearby(context, &anchor, own.nearest().1, wanted, self.scratch);
         self.spent += self.scratch.evaluator.checks;
         if self.scratch.evaluator.is_cut() {
             own.note_cut();
         }
         let Some((clearance, config)) = pushed else { return own };
-        let most = farthest(context, clearance, own.place().0);
+        let most = farthest(context, clearance, own.nearest().0);
         self.at(clearance, Hint { config: &config, ..Hint::default() })
-            .filter(|found| found.place().0 <= most)
+            .filter(|found| found.nearest().0 <= most)
             .unwrap_or(own)
     }
 

@@ -25,27 +25,27 @@ const SAMPLES_PER_TASK: usize = 64;
 pub fn index_samples(checker: &Checker, metric: &Metric, configs: Vec<f64>, exits: usize, seed: u64) -> SampleSet {
     checker.prepare_proposals();
     let mut samples = SampleSet::with_solved(metric, checker.scene().space.nq(), configs, exits, seed);
-    note_tangents(checker, &mut samples);
+    store_contact_planes(checker, &mut samples);
     samples
 }
 
-fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
+fn store_contact_planes(checker: &Checker, samples: &mut SampleSet) {
     let space = &checker.scene().space;
     let first = samples.len() - samples.solved();
     let exits = &samples.configs()[first * space.nq()..];
     let parts: Vec<ContactPlanes> = exits
         .par_chunks(SAMPLES_PER_TASK * space.nq())
         .map_init(Scratch::default, |scratch, rows| {
-            let mut tangents = ContactPlanes::new(space.nv());
+            let mut planes = ContactPlanes::new(space.nv());
             for q in rows.chunks_exact(space.nq()) {
-                add(checker, q, scratch, &mut tangents);
+                add(checker, q, scratch, &mut planes);
             }
-            tangents
+            planes
         })
         .collect();
     let mut all = ContactPlanes::new(space.nv());
     parts.iter().for_each(|part| all.append(part));
-    samples.set_tangents(all);
+    samples.set_contact_planes(all);
 }
 
 #[derive(Default)]
@@ -55,7 +55,7 @@ struct Scratch {
     twists: Twists,
 }
 
-fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut ContactPlanes) {
+fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, planes: &mut ContactPlanes) {
     let scene = checker.scene();
     let Scratch { check, contacts, twists } = scratch;
     contacts.clear();
@@ -74,9 +74,9 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Conta
     for contact in contacts.iter().take(MAX_PLANES) {
         row.fill(0.0);
         contact.add_gradient(scene, twists, &mut row);
-        tangents.push(contact.pair.index(), contact.distance - checker.base_clearance(), &row);
+        planes.push(contact.pair.index(), contact.distance - checker.base_clearance(), &row);
     }
-    tangents.end_sample();
+    planes.end_sample();
 }
 
 #[cfg(test)]
@@ -109,7 +109,7 @@ mod tests {
         for name in ["planar-arm", "hand"] {
             let (checker, samples) = noted(name, 2);
             let space = &checker.scene().space;
-            let (mut scratch, mut near, mut looked_at) = (CheckScratch::default(), Vec::new(), 0);
+            let (mut scratch, mut near, mut compared) = (CheckScratch::default(), Vec::new(), 0);
             assert!(samples.planes(9).is_none(), "no exit");
             for id in 10..samples.len() as u32 {
                 let q = samples.config(id);
@@ -129,9 +129,9 @@ mod tests {
                 let distance = near.iter().map(|contact| contact.distance).fold(f64::INFINITY, f64::min);
                 let expected = checker.scene().clearance + least;
                 assert!((distance - expected).abs() < 1e-8, "{name} {id}: {distance} {expected}");
-                looked_at += 1;
+                compared += 1;
             }
-            assert!(looked_at > 30, "{name}: {looked_at}");
+            assert!(compared > 30, "{name}: {compared}");
         }
     }
 

@@ -24,12 +24,12 @@ pub struct Context<'a> {
     /// Whether each tangent coordinate keeps its value of the query; empty if none does.
     pub locked: &'a [bool],
     /// Pairs that have to stay in touch.
-    pub held: Held<'a>,
+    pub touching: TouchingPairs<'a>,
 }
 
 /// Checked pairs that have to stay in touch, and not only apart.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Held<'a> {
+pub struct TouchingPairs<'a> {
     /// The pairs that have to stay in touch.
     pub pairs: &'a [PairId],
     /// Largest distance of their nearest contact \[m\]; it exceeds the clearance.
@@ -57,7 +57,7 @@ impl<'a> Context<'a> {
     /// Creates a context without locked coordinates or held pairs.
     pub fn new(checker: &'a Checker, metric: &'a Metric, balls: &'a InnerBalls, stored: Option<Stored<'a>>) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, stored, clearance, scale, locked: &[], held: Held::default() }
+        Self { checker, metric, balls, stored, clearance, scale, locked: &[], touching: TouchingPairs::default() }
     }
 
     /// Marks samples as possibly colliding, with contact planes that do not hold.

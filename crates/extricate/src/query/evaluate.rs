@@ -126,7 +126,7 @@ impl Evaluator {
         context.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         let missed = context.clearance - least;
-        context.held.pairs.iter().fold(missed, |missed, pair| missed.max(self.too_far(context, q, *pair)))
+        context.touching.pairs.iter().fold(missed, |missed, pair| missed.max(self.too_far(context, q, *pair)))
     }
 
     /// Returns by how much \[m\] a pair that has to stay in touch is too far apart. Adds its
@@ -143,7 +143,7 @@ impl Evaluator {
             nearest = found.first().map_or(HELD_PAIR_MARGIN_M, |contact| contact.distance);
             self.contacts.truncate(start + 1);
         }
-        nearest - context.held.most
+        nearest - context.touching.most
     }
 
     /// Returns the contacts nearer than `margin` \[m\] at `q`, ascending by pair. If they were

@@ -43,7 +43,7 @@ pub(crate) mod termination;
 
 pub use answer::{Answer, Exit, StraightSegment, Unproved};
 pub use contact_planes::index_samples;
-pub use context::{Context, Held, Stored};
+pub use context::{Context, Stored, TouchingPairs};
 pub(crate) use nearest_exit::nearest_exit_under;
 pub use nearest_exit::{nearest_exit, query};
 pub use options::{DEFAULT_GAP, Effort, QueryOptions, REFINED_GAP, Toward};

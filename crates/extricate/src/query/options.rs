@@ -1,4 +1,4 @@
-//! Options of a query: what it searches for and reports.
+//! Options of a query: its search and its report.
 
 use serde::Serialize;
 
@@ -12,21 +12,22 @@ use crate::interface::{setters, words};
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Effort {
-    /// The nearest stored boundary sample, or in many dimensions one nearly as near (4 % farther in
-    /// the mean on a hand of 16 joints), free as of learning. Its lower bound comes from a few
-    /// balls inside the bodies of one colliding pair, often far below what the other efforts prove.
+    /// Takes the nearest stored boundary sample, or in many dimensions one nearly as near (4 %
+    /// farther in the mean on a hand of 16 joints). Learning verified that it is free. The lower
+    /// bound comes from a few balls inside the bodies of one colliding pair, and is often far below
+    /// that of the other efforts.
     Nearest,
-    /// Fewer descents than refined, with about half the checks. One answer in a few hundred is
+    /// Runs fewer descents than refined, with about half the checks. One answer in a few hundred is
     /// farther.
     Quick,
-    /// Descents from several starts in different directions; the best end is verified.
+    /// Runs descents from several starts in different directions, and verifies the best end.
     #[default]
     Refined,
-    /// Many starts and long refinement.
+    /// Runs descents from many starts, with long refinement.
     Exhaustive,
-    /// As refined, then branch and bound until [`QueryOptions::gap`] is proved or the budget is
-    /// spent: the depth never rises meanwhile, and the lower bound never falls. See
-    /// [`super::bound::branch_and_bound`] for what it can prove.
+    /// Works like refined, then runs branch and bound until [`QueryOptions::gap`] is proved or the
+    /// budget is spent. Meanwhile the depth never rises, and the lower bound never falls. See
+    /// [`super::bound::branch_and_bound`] for the bounds that it can prove.
     Proved,
 }
 
@@ -40,18 +41,19 @@ words! {
     }
 }
 
-/// Gap that [`Effort::Proved`] works for if none is requested.
+/// Gap that [`Effort::Proved`] aims to prove if none is requested.
 pub const DEFAULT_GAP: f64 = 0.05;
 /// Gap at which [`Effort::Quick`] and [`Effort::Refined`] stop if none is requested.
 pub const REFINED_GAP: f64 = 0.15;
 
-/// Most exits in [`QueryOptions::exits`]: memory is taken for all of them.
+/// Largest value of [`QueryOptions::exits`], because memory is allocated for all exits.
 pub const MAX_EXITS: usize = 100_000;
 
-/// Most starts in [`QueryOptions::starts`]: each takes a descent, and millions would never end.
+/// Largest value of [`QueryOptions::starts`]. Each start runs a descent, and millions would never
+/// end.
 pub const MAX_STARTS: usize = 100_000;
 
-/// Exits that are searched for if the one nearest to a goal is chosen.
+/// Number of exits to search for if the one nearest to a goal is chosen.
 const EXITS_TO_CHOOSE: usize = 8;
 
 /// Options of a query. The default is one refined answer without limits.
@@ -60,44 +62,45 @@ const EXITS_TO_CHOOSE: usize = 8;
 pub struct QueryOptions {
     /// How hard the query tries.
     pub effort: Effort,
-    /// Number of distinct exits that are wanted, at least 1, see [`super::Answer::exits`]. More
-    /// than one excludes [`Effort::Nearest`], since refinement finds the others.
+    /// Number of distinct exits to find, at least 1, see [`super::Answer::exits`]. More than one is
+    /// not allowed with [`Effort::Nearest`], because refinement finds the others.
     pub exits: usize,
-    /// Number of all starts of descents; `None` leaves it to the effort. Directions come first,
-    /// then stored samples of a model; the rest are around the query. Fewer are faster and find the
+    /// Number of all starts of descents; with `None` the effort sets it. Directions come first,
+    /// then stored samples of a model, then starts around the query. Fewer are faster and find the
     /// nearest exit less often.
     pub starts: Option<usize>,
-    /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
-    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] if it is
-    /// `None`). The other efforts stop as soon as they happen to meet it, and otherwise end as
-    /// without it. If it is `None`, quick and refined queries stop at [`REFINED_GAP`], exhaustive
-    /// ones at no gap. 0 continues the search whatever is proved. It excludes several
-    /// [`QueryOptions::exits`] and a goal ([`QueryOptions::toward`]).
+    /// Share of the depth that need not be proved, in `[0, 1)`. The search stops as soon as
+    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] searches until this holds, with
+    /// [`DEFAULT_GAP`] for `None`. The other efforts stop early if it happens to hold, and
+    /// otherwise end as without a gap. For `None`, quick and refined queries stop at
+    /// [`REFINED_GAP`], and exhaustive ones at no gap. With 0 the search continues whatever is
+    /// proved. A gap is not allowed with several [`QueryOptions::exits`], or with a goal
+    /// ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
-    /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
-    /// ([`crate::scene::clearances`]). A witness that keeps it is too far beyond ten times the sum
-    /// of two distances: the depth at the scene's clearance and the least motion for the
-    /// difference. If no nearer one is found, the witness keeps as much of it as halving the
-    /// difference finds near that exit, at least the scene's. See [`super::Answer::clearance`].
+    /// Clearance \[m\] to aim at instead of the scene's, for pairs without one of their own
+    /// ([`crate::scene::clearances`]). A witness that keeps it is too far if its depth exceeds ten
+    /// times the sum of two distances: the depth at the scene's clearance and the least motion for
+    /// the difference. If no nearer witness is found, the answer keeps as much of the clearance as
+    /// halving the difference finds near that exit, at least the scene's. See
+    /// [`super::Answer::clearance`].
     pub clearance: Option<f64>,
-    /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]. There
-    /// is no answer if one of them is beyond its limits, or if a colliding pair depends on them
-    /// alone.
+    /// Joints that keep their positions in the query, as indices into [`crate::Scene::joints`].
+    /// There is no answer if one of them is beyond its limits, or if a colliding pair depends on
+    /// them alone.
     pub locked: Vec<usize>,
-    /// A goal to which the witness shall be near, among exits that are nearly as near as the
-    /// nearest.
+    /// A goal: the witness is the exit nearest to it, among exits about as near as the nearest one.
     pub toward: Option<Toward>,
     /// When the query stops early.
     pub termination: Termination,
-    /// Whether to prove how far around the witness nothing touches, see
-    /// [`super::Answer::free_radius`]. Costs as much as many checks.
+    /// Whether to prove a radius around the witness within which nothing touches, see
+    /// [`super::Answer::free_radius`]. This costs as much as many checks.
     pub free_radius: bool,
-    /// Whether to check the straight segment to the witness, see [`super::Answer::segment`]. Costs
-    /// as much as many checks.
+    /// Whether to check the straight segment to the witness, see [`super::Answer::segment`]. This
+    /// costs as much as many checks.
     pub segment: bool,
-    /// With [`Effort::Nearest`], whether to report every pair that collides at the query, not one
-    /// alone, and the contacts at the witness; both take longer than finding it. The other efforts
-    /// always report them.
+    /// With [`Effort::Nearest`], whether to report every pair that collides at the query instead of
+    /// one, and the contacts at the witness. Both take longer than finding the witness. The other
+    /// efforts always report them.
     pub contacts: bool,
 }
 
@@ -137,7 +140,7 @@ impl Default for QueryOptions {
 }
 
 impl QueryOptions {
-    /// Checks that every option has an allowed value, and that it goes with the others.
+    /// Checks that every option has an allowed value, and that the options go together.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option, its value and what was expected.
@@ -185,14 +188,14 @@ impl QueryOptions {
         Ok(())
     }
 
-    /// Returns the number of exits to search for: several if one of them is chosen.
+    /// Returns the number of exits to search for, several if a goal chooses one of them.
     pub(crate) fn wanted(&self) -> usize {
         let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { EXITS_TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
     }
 
-    /// Returns the gap that ends the refined search, with which every greater effort begins. There
-    /// is no default if only a witness is wanted.
+    /// Returns the gap that ends the refined search, which every greater effort runs first. There
+    /// is no default if only a witness is requested.
     pub(crate) fn first_gap(&self, is_unproved: bool) -> Option<f64> {
         self.stopping(self.gap.or((!is_unproved).then_some(REFINED_GAP)))
     }
@@ -216,7 +219,7 @@ impl QueryOptions {
     }
 }
 
-/// Choice of the witness if several exits are about as near: the exit nearest to a goal.
+/// Chooses the witness if several exits are about as near: the exit nearest to a goal.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Toward {
@@ -235,7 +238,7 @@ impl Toward {
     }
 }
 
-/// An option of queries in the spelling of Python; the command line has `-` for `_`, C the same
+/// A query option as Python spells it; the command line uses `-` for `_`, and C uses the same
 /// names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OptionEntry {
@@ -243,12 +246,12 @@ pub struct OptionEntry {
     pub name: &'static str,
     /// Default value, as Python writes it.
     pub default: &'static str,
-    /// Values that it may have.
+    /// Values that the option accepts.
     pub expected: &'static str,
 }
 
-/// All options of queries. Signatures of Python, help of the command line and the header of C are
-/// checked against them.
+/// All query options. Tests check the signatures of Python, the help of the command line and the
+/// header of C against them.
 pub const QUERY_OPTIONS: &[OptionEntry] = &[
     entry("effort", "'refined'", "\"nearest\", \"quick\", \"refined\", \"exhaustive\" or \"proved\""),
     entry("exits", "1", "1 to 100000"),

@@ -3,13 +3,13 @@
 
 pub mod formats;
 pub mod geometry;
+mod link_tree;
 pub mod load_limits;
 pub mod mesh;
 pub mod packages;
 pub mod scenery;
 mod sound;
 pub mod srdf;
-mod tree;
 pub mod urdf;
 
 pub use geometry::Geometry;

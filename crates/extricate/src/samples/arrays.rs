@@ -23,7 +23,7 @@ pub struct SampleArrays {
     /// Arrays of the index over the solved samples, if there are any.
     pub solved: Option<IndexArrays>,
     /// Contact planes of the solved samples.
-    pub tangents: ContactPlaneArrays,
+    pub planes: ContactPlaneArrays,
 }
 
 /// The stored arrays of one index and its projection.
@@ -45,7 +45,7 @@ impl SampleSet {
         SampleArrays {
             all: self.all.kept(),
             solved: self.solved.as_ref().map(Indexed::kept),
-            tangents: self.tangents.kept(),
+            planes: self.planes.kept(),
         }
     }
 
@@ -71,8 +71,8 @@ impl SampleSet {
         if of_solved.is_some() != (solved > 0) {
             return Err(Mismatch { of: "exits", array: "lists", expected: "an index of the solved" });
         }
-        let tangents = ContactPlanes::restored(nv, pairs, solved, &kept.tangents)?;
-        Ok(Self { nq, configs, embedding_len, all, solved: of_solved, tangents })
+        let planes = ContactPlanes::restored(nv, pairs, solved, &kept.planes)?;
+        Ok(Self { nq, configs, embedding_len, all, solved: of_solved, planes })
     }
 }
 

@@ -190,8 +190,8 @@ mod tests {
 
     #[test]
     fn parts_append_to_the_whole() {
-        let planes = |tangents: &ContactPlanes, sample| -> Vec<(f64, Vec<f64>)> {
-            tangents.planes(sample).iter().map(|(room, gradient)| (room, gradient.collect())).collect()
+        let planes = |stored: &ContactPlanes, sample| -> Vec<(f64, Vec<f64>)> {
+            stored.planes(sample).iter().map(|(room, gradient)| (room, gradient.collect())).collect()
         };
         let (mut a, mut b) = (ContactPlanes::new(2), ContactPlanes::new(2));
         a.push(0, 0.5, &[1.0, 2.0]);
@@ -211,23 +211,23 @@ mod tests {
     }
 
     fn noted() -> ContactPlanes {
-        let mut tangents = ContactPlanes::new(3);
+        let mut stored = ContactPlanes::new(3);
         for sample in 0..3000u32 {
             for pair in [1, 4].into_iter().take((sample % 3) as usize) {
                 // Coordinate 0 is zero for even samples alone, coordinate 1 for all.
-                tangents.push(pair, 0.1 * f64::from(sample), &[f64::from(sample % 2), 0.0, 1.0 + pair as f64]);
+                stored.push(pair, 0.1 * f64::from(sample), &[f64::from(sample % 2), 0.0, 1.0 + pair as f64]);
             }
-            tangents.end_sample();
+            stored.end_sample();
         }
-        tangents
+        stored
     }
 
     #[test]
     fn what_is_kept_is_all_of_it() {
-        let tangents = noted();
-        let kept = tangents.kept();
+        let stored = noted();
+        let kept = stored.kept();
         assert_eq!(kept.numbers.len(), 3 * kept.pairs.len());
-        assert!(ContactPlanes::restored(3, 5, 3000, &kept).unwrap() == tangents);
+        assert!(ContactPlanes::restored(3, 5, 3000, &kept).unwrap() == stored);
         let none = ContactPlanes::new(3);
         assert!(ContactPlanes::restored(3, 0, 0, &none.kept()).unwrap() == none);
     }
@@ -254,12 +254,12 @@ mod tests {
 
     #[test]
     fn only_planes_of_marked_pairs_hold() {
-        let mut tangents = ContactPlanes::new(1);
+        let mut stored = ContactPlanes::new(1);
         for (pair, room) in [(0, 0.5), (2, 0.25), (7, 0.125)] {
-            tangents.push(pair, room, &[1.0]);
+            stored.push(pair, room, &[1.0]);
         }
-        tangents.end_sample();
-        let planes = tangents.planes(0).of_pairs(&[true, true, false]);
+        stored.end_sample();
+        let planes = stored.planes(0).of_pairs(&[true, true, false]);
         assert_eq!(planes.iter().map(|(room, _)| room).collect::<Vec<_>>(), [0.5]);
     }
 }

@@ -27,7 +27,7 @@ pub struct SampleSet {
     all: Indexed,
     solved: Option<Indexed>,
     /// Contact planes of the solved samples, or of none.
-    tangents: ContactPlanes,
+    planes: ContactPlanes,
 }
 
 /// Options of [`SampleSet::nearest`]: which samples, how far and how thoroughly.
@@ -166,7 +166,7 @@ impl SampleSet {
         let points = embedded(metric, nq, &configs);
         let all = Indexed::build(&points, embedding_len, 0, seed);
         let solved = (solved > 0).then(|| Indexed::build(&points, embedding_len, rows - solved, seed));
-        Self { nq, configs, embedding_len, all, solved, tangents: ContactPlanes::default() }
+        Self { nq, configs, embedding_len, all, solved, planes: ContactPlanes::default() }
     }
 
     /// Number of coordinates of a sample.
@@ -188,16 +188,16 @@ impl SampleSet {
     ///
     /// # Panics
     /// Panics if there is not one entry for each solved sample.
-    pub fn set_tangents(&mut self, tangents: ContactPlanes) {
-        assert_eq!(tangents.len(), self.solved(), "one entry a solved one");
-        self.tangents = tangents;
+    pub fn set_contact_planes(&mut self, planes: ContactPlanes) {
+        assert_eq!(planes.len(), self.solved(), "one entry a solved one");
+        self.planes = planes;
     }
 
     /// Returns the contact planes of sample `id`; `None` unless it is solved and
-    /// [`SampleSet::set_tangents`] was called.
+    /// [`SampleSet::set_contact_planes`] was called.
     pub fn planes(&self, id: u32) -> Option<Planes<'_>> {
         let exit = (id as usize).checked_sub(self.len() - self.solved())?;
-        (exit < self.tangents.len()).then(|| self.tangents.planes(exit))
+        (exit < self.planes.len()).then(|| self.planes.planes(exit))
     }
 
     /// Whether there are no samples.

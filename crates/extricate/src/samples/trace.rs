@@ -11,7 +11,7 @@ use crate::math::elementary::log2;
 use crate::metric::{Anchor, Metric};
 
 /// The inputs that all steps of tracing share.
-pub struct TraceGround<'a> {
+pub struct TraceInputs<'a> {
     /// The configuration space of the scene.
     pub space: &'a ConfigSpace,
     /// Metric that measures distances between configurations.
@@ -47,10 +47,10 @@ const FIRST_PASS_SEEDS: usize = 256;
 /// # Guarantee
 /// Every sample was labelled free, and some configuration within the gap of it was labelled
 /// colliding.
-pub fn trace(ground: &TraceGround, known: &mut Exploration, by: f64, budget: &mut Budget) -> Vec<f64> {
-    let nq = ground.space.nq();
+pub fn trace(inputs: &TraceInputs, known: &mut Exploration, by: f64, budget: &mut Budget) -> Vec<f64> {
+    let nq = inputs.space.nq();
     let until = (by * (budget.spent() as f64 + budget.left() as f64)) as usize;
-    let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
+    let set = |configs: &[f64]| SampleSet::new(inputs.metric, nq, configs.to_vec(), inputs.seed);
     let free = set(&known.free[..known.free.len().min(MAX_FREE_STARTS * nq)]);
     let (mut samples, mut traced, mut seeds_used, mut most_seeds) =
         (Vec::new(), None::<SampleSet>, 0, FIRST_PASS_SEEDS);
@@ -61,13 +61,13 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, by: f64, budget: &mu
         };
         if known.colliding.len() / nq < seeds_used + most_seeds {
             // New seeds get at most a quarter of the labels left; halving needs the others.
-            known.extend(ground.space, ground.halton, (left / 4).clamp(1, BATCH), ground.label, budget);
+            known.extend(inputs.space, inputs.halton, (left / 4).clamp(1, BATCH), inputs.label, budget);
         }
         let last = (seeds_used + most_seeds).min(known.colliding.len() / nq);
         let seeds = &known.colliding[seeds_used * nq..last * nq];
         (seeds_used, most_seeds) = (last, (2 * most_seeds).min(BATCH));
-        let (mut near, mut far) = segments(ground.metric, [Some(&free), traced.as_ref()], seeds, nq);
-        let is_paid = halve(ground, (&mut near, &mut far), left, samples.is_empty(), budget);
+        let (mut near, mut far) = segments(inputs.metric, [Some(&free), traced.as_ref()], seeds, nq);
+        let is_paid = halve(inputs, (&mut near, &mut far), left, samples.is_empty(), budget);
         samples.extend_from_slice(&near);
         budget.note(samples.len() / nq, None);
         if !is_paid || budget.end().is_some() || budget.spent() >= until || budget.fraction() >= by {
@@ -120,15 +120,15 @@ fn nearest(
 /// budget ends on the way, segments that are still longer than the gap are dropped. With `finish`,
 /// they are halved to the end, as far as labels are left.
 fn halve(
-    ground: &TraceGround,
+    inputs: &TraceInputs,
     (free, colliding): (&mut Vec<f64>, &mut Vec<f64>),
     most: usize,
     finish: bool,
     budget: &mut Budget,
 ) -> bool {
-    let nq = ground.space.nq();
+    let nq = inputs.space.nq();
     let affordable = |longest: f64, left: usize| {
-        let halvings = log2(longest / ground.gap).ceil().max(1.0);
+        let halvings = log2(longest / inputs.gap).ceil().max(1.0);
         if halvings.is_finite() { left / halvings as usize } else { left }
     };
     let (mut middles, mut paid) = (Vec::new(), true);
@@ -137,10 +137,10 @@ fn halve(
             .par_chunks_exact(nq)
             .zip(colliding.par_chunks_exact(nq))
             .with_min_len(ROWS_A_TASK)
-            .map(|(a, b)| ground.metric.distance(a, b))
+            .map(|(a, b)| inputs.metric.distance(a, b))
             .collect();
         let longest = lengths.iter().copied().fold(0.0, f64::max);
-        if longest <= ground.gap {
+        if longest <= inputs.gap {
             return paid;
         }
         if halvings == 0 {
@@ -151,7 +151,7 @@ fn halve(
         }
         let rows = free.len() / nq;
         if rows > budget.left() || (budget.end().is_some() && !finish) {
-            let kept = lengths.iter().take(rows).map(|length| *length <= ground.gap);
+            let kept = lengths.iter().take(rows).map(|length| *length <= inputs.gap);
             let kept = free.chunks_exact(nq).zip(kept).filter(|(_, kept)| *kept);
             *free = kept.flat_map(|(row, _)| row.iter().copied()).collect();
             return paid;
@@ -159,8 +159,8 @@ fn halve(
         middles.resize(free.len(), 0.0);
         let ends = free.par_chunks_exact(nq).zip(colliding.par_chunks_exact(nq));
         let halved = ends.zip(middles.par_chunks_exact_mut(nq)).with_min_len(ROWS_A_TASK);
-        halved.for_each(|((a, b), middle)| ground.space.interpolate(a, b, 0.5, middle));
-        for (row, label) in budget.label(ground.label, &middles).into_iter().enumerate() {
+        halved.for_each(|((a, b), middle)| inputs.space.interpolate(a, b, 0.5, middle));
+        for (row, label) in budget.label(inputs.label, &middles).into_iter().enumerate() {
             let side = if label == Label::Free { &mut *free } else { &mut *colliding };
             side[row * nq..(row + 1) * nq].copy_from_slice(&middles[row * nq..(row + 1) * nq]);
         }
@@ -193,9 +193,9 @@ mod tests {
         let halton = Halton::new(scene.space.nv(), 1);
         let mut known = Exploration::default();
         known.extend(&scene.space, &halton, 8000, &label, &mut budget);
-        let ground =
-            TraceGround { space: &scene.space, metric: &metric, label: &label, halton: &halton, gap: 0.01, seed: 1 };
-        let samples = trace(&ground, &mut known, 1.0, &mut budget);
+        let inputs =
+            TraceInputs { space: &scene.space, metric: &metric, label: &label, halton: &halton, gap: 0.01, seed: 1 };
+        let samples = trace(&inputs, &mut known, 1.0, &mut budget);
         assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);
         for q in samples.chunks_exact(nq) {
             assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");

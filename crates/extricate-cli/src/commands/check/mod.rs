@@ -1,5 +1,5 @@
-//! `extricate check`: whether configurations are free, their clearance and colliding pairs. The
-//! module `segments` checks segments.
+//! `extricate check`: reports whether configurations are free, their clearance and colliding pairs.
+//! The module `segments` checks segments.
 
 pub mod segments;
 
@@ -20,15 +20,15 @@ use segments::check_segments;
 /// Arguments of `check`.
 #[derive(Args)]
 #[command(
-    after_help = "With --json, one object a line: free (bool), clearance [m] (least signed distance of any checked \
-                        pair, negative where two overlap; null where no pair is checked), colliding (list of [name, name]). \
+    after_help = "With --json, each line is one object: free (bool), clearance [m] (least signed distance of any checked \
+                        pair; negative if two overlap, null if no pair is checked), colliding (list of [name, name]). \
                         `free` means that every checked pair keeps the scene's clearance.\n\n\
-                        With --segments, a line of input is a pair of configurations, {\"from\": [...], \"to\": [...]} or an array \
-                        of two, and what is checked is the whole way between them along the geodesic. With --json: outcome \
-                        (\"free\": proved for every configuration of the way; \"contact\"; \"undecided\": two bodies come too \
-                        near to losing the clearance to tell), free_until (fraction of the way that is proved free), at (fraction \
-                        where a configuration collides, or nearly does where undecided; null where free), pair ([name, name] or \
-                        null)."
+                        With --segments, each line of input is a pair of configurations, {\"from\": [...], \"to\": [...]} or an \
+                        array of two. The command checks the whole segment between them, along the geodesic. With --json: \
+                        outcome (\"free\": every configuration of the segment is proved free; \"contact\"; \"undecided\": two \
+                        bodies come so near to the clearance that neither is proved), free_until (fraction of the segment that \
+                        is proved free), at (fraction at which a configuration collides, or nearly collides if undecided; null \
+                        if free), pair ([name, name] or null)."
 )]
 pub struct CheckArgs {
     /// Scene file (TOML), URDF or model file
@@ -36,11 +36,10 @@ pub struct CheckArgs {
     scene: PathBuf,
     #[command(flatten)]
     input: InputArgs,
-    /// Check the ways between pairs of configurations, not single ones
+    /// Check the segments between pairs of configurations, not single configurations
     #[arg(long, conflicts_with = "q")]
     segments: bool,
-    /// With --segments: how finely to look, in metres; a contact is enclosed in a stretch of about
-    /// this much motion
+    /// With --segments: resolution in metres; a contact is located within about this much motion
     #[arg(long, value_name = "METRES", requires = "segments", value_parser = parse_resolution, default_value = "1e-4")]
     resolution: f64,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `extricate check --segments`: whether all configurations between two given ones are free.
+//! `extricate check --segments`: checks whether all configurations between two given ones are free.
 
 use extricate::{CheckScratch, Checker, SegmentOptions, SegmentOutcome};
 use serde::Serialize;

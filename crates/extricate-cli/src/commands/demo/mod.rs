@@ -1,5 +1,5 @@
 //! `extricate demo`: answers queries of a built-in scene and writes a page of them, then learns the
-//! scene and answers them again. Nothing has to be prepared.
+//! scene and answers them again. It needs no preparation.
 
 pub mod table;
 
@@ -39,20 +39,20 @@ pub struct DemoArgs {
     /// Built-in scene
     #[arg(long, value_name = "NAME", default_value = builtin::NAMES[0], value_parser = PossibleValuesParser::new(builtin::NAMES))]
     scene: String,
-    /// Colliding configurations to answer
+    /// Number of colliding configurations to query
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = positive, allow_negative_numbers = true)]
     queries: usize,
-    /// Page of some of the answers to write, for a browser; an existing one is replaced
+    /// Page to write, which shows some of the answers in a browser; an existing page is replaced
     #[arg(long, value_name = "PAGE.html", default_value = "extricate-demo.html")]
     out: PathBuf,
-    /// Only write the scene's files into this directory, for the other commands to use; replaces
-    /// nothing
+    /// Only write the scene's files to this directory, for use with the other commands; existing
+    /// files are never replaced
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Most seconds of learning
+    /// Most seconds to spend on learning
     #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = seconds, allow_negative_numbers = true)]
     seconds: f64,
 }
@@ -139,8 +139,8 @@ fn answer_all(doing: &'static str, solver: &Solver, queries: &[Config]) -> anyho
     Ok(answers)
 }
 
-/// Index of the answer to show first: verified, in collision with an obstacle if any is, and with a
-/// displacement that is visible but not the largest (the 80th percentile).
+/// Returns the index of the answer to show first: verified, in collision with an obstacle if any
+/// is, and with a displacement that is visible but not the largest (the 80th percentile).
 fn most_instructive(scene: &Scene, answers: &[Answered]) -> usize {
     let is_obstacle = |body: usize| scene.bodies()[body].robot.is_none();
     let hits_obstacle = |(answer, _): &Answered| {

@@ -16,9 +16,9 @@ use crate::output::Output;
 use crate::report;
 use scene::{OftenColliding, SceneInfo};
 
-/// Configurations in which pairs are tested for collisions.
+/// Number of configurations in which pairs are tested for collisions.
 const SAMPLES: u64 = 1000;
-/// Pairs that collide in this share of them, or a larger one, are reported.
+/// Pairs that collide in at least this share of the configurations are reported.
 const NEARLY_ALWAYS_SHARE: f64 = 0.95;
 
 /// Arguments of `info`.

@@ -17,17 +17,17 @@ use crate::output::Output;
 use crate::report::{self, count, duration, percent};
 use run::{Learned, learn_with_progress, memory_in_words, peak_memory};
 
-/// Configurations in which pairs are tested for permanent collision. Few suffice, because such a
-/// pair collides in the first one already.
+/// Number of configurations in which pairs are tested for permanent collision. Few suffice, because
+/// such a pair collides in the first one already.
 const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
 
 /// Arguments of `learn`.
 #[derive(Args)]
 #[command(
-    after_help = "Learning ends when the labels or the seconds are spent. Give --labels without --seconds for a model \
-                        that does not depend on the speed of the machine: the same scene, seed and labels give the same \
-                        model, whatever the number of threads. Ctrl-C ends learning early and keeps what was learned; \
-                        a second one ends at once."
+    after_help = "Learning ends when the labels or the seconds are spent. With --labels and without --seconds, the model does \
+                        not depend on the speed of the machine: the same scene, seed and labels give the same model, with any \
+                        number of threads. Ctrl-C ends learning early and keeps the samples found so far; a second Ctrl-C ends \
+                        the program at once."
 )]
 pub struct LearnArgs {
     /// Scene file (TOML), URDF, or a model file, whose scene is learned anew
@@ -45,7 +45,7 @@ pub struct LearnArgs {
     /// Seed of the random numbers [default: 0]
     #[arg(long, value_name = "S", value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Threads; 0 for one per core. The model does not depend on it
+    /// Number of threads, 0 for one per core; the model does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true, help_heading = "Budget")]
     threads: usize,
     /// Print all statistics, as `info` of the model does
@@ -101,7 +101,7 @@ pub fn word_for(within_5pct: f64) -> &'static str {
     }
 }
 
-/// The first line after learning.
+/// Returns the first line of output after learning.
 fn verdict(statistics: &Statistics) -> String {
     let labels = count(statistics.labels);
     let Some(excess) = statistics.excess else {

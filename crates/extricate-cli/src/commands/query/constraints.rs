@@ -7,32 +7,33 @@ use extricate::{QueryOptions, Scene, Solver};
 use crate::args::{goal_to_come, length, share_or_more};
 use crate::input::Configs;
 
-/// What an answer has to keep, and where it should lie.
+/// Options that decide which configurations count as answers.
 #[derive(Args)]
 #[command(next_help_heading = "World and constraints")]
 pub struct ConstraintArgs {
-    /// Aim at this clearance in metres in place of the scene's; a witness that would be more than
-    /// ten times as far as the nearest at the scene's clearance keeps less, and the answer says so
+    /// Aim at this clearance in metres instead of the scene's. If that puts the witness more than
+    /// ten times as far as the nearest one at the scene's clearance, the witness keeps less
+    /// clearance, and the answer reports it
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
-    /// Joints that stay where the query has them, by name
+    /// Names of joints that keep their positions in the query
     #[arg(long, value_name = "JOINT", value_delimiter = ',', conflicts_with = "free")]
     locked: Vec<String>,
-    /// The joints that may move, by name; all others are locked
+    /// Names of the joints that may move; all others are locked
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     free: Vec<String>,
-    /// Other weights of squared displacements, of the metric of the joints; what a model has
-    /// learned is then not used
+    /// Weights of squared joint displacements in the metric, instead of the scene's; a model is
+    /// then not used
     #[arg(long, value_name = "JOINT=W", value_delimiter = ',', value_parser = weight)]
     weights: Vec<(String, f64)>,
-    /// Choose the exit nearest to this configuration, among those that are about as near as the
-    /// nearest
+    /// Choose the exit nearest to this configuration, among exits about as near as the nearest one
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     toward: Option<String>,
-    /// With --toward: an exit counts that is farther than the nearest by at most this share
+    /// With --toward: consider exits that are farther than the nearest one by at most this share of
+    /// its depth
     #[arg(long, value_name = "SHARE", value_parser = share_or_more, allow_negative_numbers = true, default_value_t = 0.25, requires = "toward")]
     toward_share: f64,
-    /// Prove how far around the witness nothing touches
+    /// Prove a radius around the witness within which nothing touches
     #[arg(long)]
     free_radius: bool,
 }

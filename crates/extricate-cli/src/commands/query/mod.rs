@@ -25,22 +25,22 @@ use row::{QueryRow, header};
 use summary::Summary;
 
 /// Help text on the keys of `--json`.
-const KEYS: &str = "With --json, one object a line, in the order of the input: depth and lower_bound (in the \
-scene's metric), gap (the share of the depth that is not proved), unproved (why nothing is proved: \"surfaces\" or \
-\"shallow\"; else null), witness, checks, max_displacement [m], colliding and touching \
-(lists of [name, name]), outside (joints of the query beyond their limits), \
-clearance (that the witness keeps [m], of pairs without a \
-clearance of their own), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
-point_second, normal), gradient (of the depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
---segment: colliding_until, free_from, fractions of the straight segment), free_radius (with --free-radius: in the metric, \
-around the witness), nearest (with --continuous: depth of the nearest exit that was found), seconds (the library call alone).";
+const KEYS: &str = "With --json, each line is one object, in the order of the input: depth and lower_bound (in the scene's \
+metric), gap (share of the depth that is not proved), unproved (the reason if nothing is proved, \"surfaces\" or \"shallow\"; \
+else null), witness, checks, max_displacement [m], colliding and touching (lists of [name, name]), outside (joints of the \
+query beyond their limits), clearance (least distance that the witness keeps [m], for pairs without a clearance of their \
+own), verified, effort, contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
+depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
+--segment: colliding_until and free_from, fractions of the straight segment), free_radius (with --free-radius: in the \
+metric, around the witness), nearest (with --continuous: depth of the nearest exit found), seconds (time of the library \
+call alone).";
 
 /// Arguments of `query`.
 #[derive(Args)]
 #[command(after_help = KEYS)]
 pub struct QueryArgs {
-    /// Scene file (TOML) or URDF, queried at once; or a model file that `extricate learn` wrote,
-    /// whose samples are further starts
+    /// Scene file (TOML) or URDF, which needs no learning; or a model file that `extricate learn`
+    /// wrote, whose samples are additional starts
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     #[command(flatten)]
@@ -51,59 +51,61 @@ pub struct QueryArgs {
     /// best answer so far. The search for a first free configuration is not limited
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, help_heading = "Budget")]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far; as
-    /// for --max-checks
+    /// End each query after about this many seconds, with the best answer so far. As with
+    /// --max-checks, the search for a first free configuration is not limited
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
     max_seconds: Option<f64>,
-    /// Answer on this many threads, 0 for one a core; the answers are the same
+    /// Number of threads, 0 for one per core; the answers do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 1, help_heading = "Budget")]
     threads: usize,
-    /// Query in this world: a scene file whose obstacles, attached objects and pairs replace those
-    /// of the scene or model, where it names no robot; else a scene of the same joints. Stored
-    /// samples of a model are verified anew as they are needed
+    /// Query in the world of this scene file. If the file names no robot, its obstacles, attached
+    /// objects and pairs replace those of the scene or model; otherwise it must be a scene with the
+    /// same joints. Stored samples of a model are verified anew when they are needed
     #[arg(long, visible_alias = "scene", value_name = "WORLD", help_heading = "World and constraints")]
     world: Option<PathBuf>,
     #[command(flatten)]
     constraints: ConstraintArgs,
     #[command(flatten)]
     stream: StreamArgs,
-    /// Print the witnesses too, to the last digit, so that they are free as printed (--q and --json
-    /// always do)
+    /// Also print the witnesses, to the last digit, so that they are free as printed (--q and
+    /// --json always print them)
     #[arg(long, help_heading = "Output")]
     witness: bool,
     /// Report which part of the straight segment from query to witness collides
     #[arg(long, help_heading = "Output")]
     segment: bool,
-    /// With --effort nearest, report every colliding pair, not one alone, and the contacts at the
-    /// witness; the other efforts always do
+    /// With --effort nearest: report every colliding pair instead of one, and the contacts at the
+    /// witness; the other efforts always report them
     #[arg(long, help_heading = "Output")]
     contacts: bool,
     #[command(flatten)]
     load: LoadArgs,
 }
 
-/// How far the search goes.
+/// Options that set how far the search goes.
 #[derive(Args)]
 #[command(next_help_heading = "Search")]
 struct SearchArgs {
-    /// How hard to try
+    /// How hard to search
     #[arg(long, value_parser = effort(), default_value_t = Effort::Refined)]
     effort: Effort,
-    /// Find up to K distinct exits, each a local minimum, nearest first; more than one not with
-    /// --effort nearest
+    /// Find up to K distinct exits, each a local minimum, nearest first; K must be 1 with --effort
+    /// nearest
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
     exits: usize,
     /// Stop as soon as it is proved that no free configuration is nearer by more than this share of
-    /// the depth; by default 0.15 with --effort quick and refined, and 0.05 with proved, which
-    /// works for it; 0 searches on. Not with several exits or --toward
+    /// the depth. The default is 0.15 with --effort quick and refined, and 0.05 with proved, which
+    /// searches until it is reached. With 0 the search does not stop early. Not allowed with
+    /// several exits or --toward
     #[arg(long, value_name = "GAP", value_parser = share, allow_negative_numbers = true)]
     gap: Option<f64>,
-    /// Run K descents instead of as many as the effort takes: fewer are faster and miss more; not
-    /// with --effort nearest
+    /// Run K descents instead of the number that the effort sets; fewer are faster and find the
+    /// nearest exit less often. Not allowed with --effort nearest
     #[arg(long, value_name = "K", value_parser = args::starts, allow_negative_numbers = true)]
     starts: Option<usize>,
-    /// What becomes of a query beyond the joint limits, as where a sensor errs: by default it is
-    /// answered, measured from where it is; the witness is within the limits
+    /// How to treat a query beyond the joint limits, for example after a sensor error. By default
+    /// it is answered: the depth is measured from the query as it is, and the witness is within the
+    /// limits
     #[arg(long, value_enum, value_name = "LIMITS", default_value_t = Limits::Forgive)]
     limits: Limits,
 }
@@ -112,21 +114,21 @@ struct SearchArgs {
 #[derive(Args)]
 #[command(next_help_heading = "Stream")]
 struct StreamArgs {
-    /// The lines are frames of a motion: start each from the last answer, which is faster where
-    /// they are near each other
+    /// Treat the lines as frames of a motion: start each query from the last answer, which is
+    /// faster if the frames are near each other
     #[arg(long, conflicts_with_all = ["threads", "exits"])]
     stream: bool,
-    /// With --stream: stay with an exit until another is nearer by more than this share of its
-    /// depth
+    /// With --stream: keep an exit until another is nearer by more than this share of its depth
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, default_value_t = 0.0, requires = "stream")]
     hysteresis: f64,
-    /// With --stream: run this many of the descents of a single query each frame, in turn, beside
-    /// those that cost no check; more notice a nearer exit sooner
+    /// With --stream: number of descents of a single query that each frame runs, besides those that
+    /// cost no check. Successive frames run different ones; with more, a nearer exit is found
+    /// sooner
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().starts_per_frame, requires = "stream")]
     starts_per_frame: usize,
-    /// With --stream: the witness never jumps; from frame to frame it only moves where every
-    /// configuration on its way is proved free, and it may be held behind something while another
-    /// exit is nearer. Aims at --clearance, by default 0.5 mm more than the scene's
+    /// With --stream: the witness never jumps. From frame to frame it moves only along paths that
+    /// are proved free, so it may stay behind an obstacle while another exit is nearer. It aims at
+    /// --clearance, by default 0.5 mm more than the scene's
     #[arg(long, requires = "stream", conflicts_with = "hysteresis")]
     continuous: bool,
 }
@@ -137,11 +139,11 @@ pub fn effort() -> impl TypedValueParser<Value = Effort> {
         Effort::Nearest => {
             "The nearest stored boundary sample, or in many dimensions one nearly as near; verified when learned"
         }
-        Effort::Quick => "As refined, with fewer starts: about half the checks",
+        Effort::Quick => "Like refined, with fewer starts: about half the checks",
         Effort::Refined => "Several candidates, each refined by descents along the contact surface; verified now",
         Effort::Exhaustive => "Many starts and long refinement, for ground truth",
         Effort::Proved => {
-            "As refined, then branch and bound until --gap is proved or the budget is spent; give --max-seconds"
+            "Like refined, then branch and bound until --gap is proved or the budget is spent; give --max-seconds"
         }
         _ => "",
     };

@@ -28,7 +28,7 @@ pub fn first_touch(
     let (mut config, mut hits) = (q.to_vec(), vec![false; count]);
     for place in 0..=OPENING_STEPS {
         let share = place as f64 / OPENING_STEPS as f64;
-        look(hand, context, (q, &posture), &vec![share; count], (&mut config, scratch), &mut hits);
+        find_hits(hand, context, (q, &posture), &vec![share; count], (&mut config, scratch), &mut hits);
         for finger in 0..count {
             if hits[finger] {
                 (colliding[finger], free[finger]) = (Some(share), None);
@@ -42,7 +42,7 @@ pub fn first_touch(
     let mut high: Vec<f64> = (0..count).map(|f| if was_moved[f] { free[f].unwrap_or(0.0) } else { 0.0 }).collect();
     for _ in 0..HALVINGS {
         let middle: Vec<f64> = (0..count).map(|f| if was_moved[f] { 0.5 * (low[f] + high[f]) } else { 0.0 }).collect();
-        look(hand, context, (q, &posture), &middle, (&mut config, scratch), &mut hits);
+        find_hits(hand, context, (q, &posture), &middle, (&mut config, scratch), &mut hits);
         for finger in (0..count).filter(|finger| was_moved[*finger]) {
             let side = if hits[finger] { &mut low } else { &mut high };
             side[finger] = middle[finger];
@@ -53,7 +53,7 @@ pub fn first_touch(
 }
 
 /// Sets in `hits` whether each finger collides with the object when it is opened by its share.
-fn look(
+fn find_hits(
     hand: &Hand,
     context: &Context,
     between: (&[f64], &[f64]),

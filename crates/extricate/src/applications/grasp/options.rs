@@ -14,9 +14,9 @@ pub struct ReleaseOptions {
     /// Coefficient of friction, for [`super::GraspQuality`]; with `None` quality is not measured.
     pub friction: Option<f64>,
     /// Configuration with open fingers, of length `nq`, from which each finger closes on its side
-    /// of the object. `None` takes 0 for every joint, or the limit nearest to it.
+    /// of the object. With `None` every joint is at 0, or at the limit nearest to 0.
     pub open: Option<Vec<f64>>,
-    /// Clearance, locked joints and budget; the other options have no effect.
+    /// Only its clearance, locked joints and budget have an effect.
     pub query: QueryOptions,
 }
 

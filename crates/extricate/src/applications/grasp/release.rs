@@ -17,13 +17,13 @@ use super::report::{Grasp, report};
 use super::weights::base_weights;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
-use crate::query::constraints::{Found, under};
+use crate::query::constraints::{SearchResult, under};
 use crate::query::descent::prune::Pruning;
 use crate::query::descent::{DescentScratch, Start, descend};
 use crate::query::evaluate::Evaluator;
 use crate::query::plan::Plan;
 use crate::query::termination::Deadline;
-use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, nearest_exit};
+use crate::query::{Context, Effort, QueryOptions, QueryScratch, Stop, TouchingPairs, nearest_exit};
 use crate::scene::{PairId, Scene};
 use crate::solver::Solver;
 
@@ -108,8 +108,8 @@ pub fn release(
     Some(grasp)
 }
 
-impl Found for Grasp {
-    fn place(&self) -> (f64, &[f64]) {
+impl SearchResult for Grasp {
+    fn nearest(&self) -> (f64, &[f64]) {
         (self.moved, &self.config)
     }
 }
@@ -215,12 +215,12 @@ impl<'a> Release<'a> {
         self.hand.links.iter().zip(links).filter(|(_, is_one)| **is_one).map(|(link, _)| link.pair).collect()
     }
 
-    /// Carries out step 3 while the pairs `held` may not part. A stage has an anchor of its own to
+    /// Carries out step 3 while the pairs `touching` may not part. A stage has an anchor of its own to
     /// descend toward, and coordinates that stay.
-    fn slide(&mut self, from: &[f64], held: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
+    fn slide(&mut self, from: &[f64], touching: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
         let most = self.context.clearance + HELD_GAP_SHARE * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));
-        let context = Context { held: Held { pairs: held, most }, locked, ..*self.context };
+        let context = Context { touching: TouchingPairs { pairs: touching, most }, locked, ..*self.context };
         let pruning = Pruning { factor: self.plan.prune_factor, ..Pruning::alone(f64::INFINITY) };
         let QueryScratch { descent, evaluator, .. } = &mut *self.scratch;
         let go = |from: &[f64], options, descent: &mut DescentScratch, evaluator: &mut Evaluator| {

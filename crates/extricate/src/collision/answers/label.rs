@@ -74,7 +74,7 @@ fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch:
 fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
     for pair in scratch.history.recent {
         if pair != NO_PAIR
-            && checker.looks_at(pair)
+            && checker.is_checked(pair)
             && balls_near(checker, pair as usize, scratch)
             && checker.pair_collides(pair as usize, scratch)
         {

@@ -3,14 +3,16 @@
 mod collisions;
 mod depth;
 mod filter;
-mod found;
 mod label;
 mod never_free;
+mod pair_answers;
 pub mod recent_pairs;
 mod solids;
 
-pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
 pub use never_free::{disable_list, misses_allowed};
+pub use pair_answers::{
+    always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of,
+};
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
@@ -93,7 +95,7 @@ impl Checker {
     /// give their nearest contact and up to eleven more that differ from it in place or normal. If
     /// they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
-        found::contacts(self, q, query, scratch, contacts);
+        pair_answers::contacts(self, q, query, scratch, contacts);
     }
 
     /// Appends the contacts of one checked pair as [`Checker::contacts`] does.
@@ -105,21 +107,21 @@ impl Checker {
         scratch: &mut CheckScratch,
         contacts: &mut Vec<Contact>,
     ) {
-        found::contacts_of(self, q, pair, query, scratch, contacts);
+        pair_answers::contacts_of(self, q, pair, query, scratch, contacts);
     }
 
     /// Returns whether such a search finds all overlaps, containment included, so that no contact
     /// below the clearance means free (up to rounding). It does if all shapes are convex, or are
     /// replaced by their pieces.
     pub(crate) fn contacts_are_complete(&self, search: ContactSearch) -> bool {
-        found::contacts_are_complete(self, search)
+        pair_answers::contacts_are_complete(self, search)
     }
 
     /// Returns how far \[m\] a search with that margin finds exact contacts of all pairs. With
     /// meshes or scenery it is half of the margin: farther ones may be missing if another contact
     /// of their pair is nearer.
     pub(crate) fn exact_within(&self, margin: f64) -> f64 {
-        found::exact_within(self, margin)
+        pair_answers::exact_within(self, margin)
     }
 
     /// Returns the signed depth \[m\] of a point (in the body's frame) in the solid of `body`:
@@ -162,13 +164,13 @@ impl Checker {
     /// or not, in the order of the pairs. Distances are signed distances between the bodies,
     /// whatever clearances they keep. All else is as in [`Checker::contacts`].
     pub fn contacts_within(&self, q: &[f64], within: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
-        found::contacts_within(self, q, within, scratch, contacts);
+        pair_answers::contacts_within(self, q, within, scratch, contacts);
     }
 
     /// Returns the signed distance \[m\] of every checked pair at `q`, in the order of the pairs.
     /// [`Checker::clearance`] is the least of them, and they are as exact.
     pub fn signed_distances(&self, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
-        found::signed_distances(self, q, scratch)
+        pair_answers::signed_distances(self, q, scratch)
     }
 
     /// Returns the checked pairs that collide in all but at most `misses` of `configs`, with the
@@ -179,7 +181,7 @@ impl Checker {
         configs: impl IntoIterator<Item = impl AsRef<[f64]>>,
         misses: usize,
     ) -> Vec<(PairId, usize)> {
-        found::nearly_always_colliding(self, configs, misses)
+        pair_answers::nearly_always_colliding(self, configs, misses)
     }
 
     /// Returns the checked pairs that collide in each of `samples` evenly spread configurations.

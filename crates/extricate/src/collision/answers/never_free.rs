@@ -1,7 +1,7 @@
 //! Why no free configuration was found: pairs that collide in every sampled one. [`Checker`]
 //! documents the functions without docs at its methods of the same names.
 
-use super::found::{always_colliding, nearly_always_colliding};
+use super::pair_answers::{always_colliding, nearly_always_colliding};
 use crate::collision::checker::Checker;
 use crate::cspace::sampling::Halton;
 use crate::scene::PairId;

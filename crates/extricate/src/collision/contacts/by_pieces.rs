@@ -41,11 +41,11 @@ pub fn by_pieces(
     let ContactBuffers { found, memory, candidates, .. } = buffers;
     found.clear();
     let far = (FAR_SHARE * query.margin).max(2.0 * place.clearance);
-    let (mut looked_at, mut overlaps, mut nearest) = (0, 0, query.margin);
+    let (mut evaluated, mut overlaps, mut nearest) = (0, 0, query.margin);
     for at in 0..candidates.len() {
         sort_by_blocks(candidates, at);
         let (bound, i, j) = candidates[at];
-        let limit = if looked_at < UNRESTRICTED_PAIRS { query.margin } else { nearest.max(place.clearance) };
+        let limit = if evaluated < UNRESTRICTED_PAIRS { query.margin } else { nearest.max(place.clearance) };
         if bound >= limit {
             break;
         }
@@ -55,7 +55,7 @@ pub fn by_pieces(
         if bound >= limit {
             continue;
         }
-        looked_at += 1;
+        evaluated += 1;
         let contact = if plane.distance > far {
             Some(plane)
         } else {

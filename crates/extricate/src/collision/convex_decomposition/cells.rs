@@ -154,7 +154,7 @@ impl Divider<'_> {
     ) -> Option<Concavity> {
         let tree = &self.mesh.tree;
         let mut deepest: Option<Concavity> = None;
-        let mut look_at = |point: Vec3, deepest: &mut Option<Concavity>| {
+        let mut measure = |point: Vec3, deepest: &mut Option<Concavity>| {
             let least = deepest.map_or(self.thickness, |notch| notch.depth).powi(2);
             let near = tree.closest_point(tree.root, &point, f64::INFINITY, least, stack);
             if let Some(near) = near.filter(|near| near.squared > least)
@@ -170,7 +170,7 @@ impl Divider<'_> {
         faces.sort_by(|x, y| area(y).total_cmp(&area(x)));
         for [a, b, c] in faces.iter().take(most) {
             for point in [(a + b + c) / 3.0, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5] {
-                look_at(point, &mut deepest);
+                measure(point, &mut deepest);
             }
         }
         let plane = |[a, b, c]: &[Vec3; 3]| Some(((b - a).cross(&(c - a)).try_normalize(0.0)?, *a));
@@ -181,15 +181,15 @@ impl Divider<'_> {
             // holds a ball of that radius around it.
             let half = 0.5 * depth_in_hull(point);
             if half > deepest.map_or(self.thickness, |notch| notch.depth) && half.is_finite() {
-                look_at(point + normal * half, &mut deepest);
-                look_at(point - normal * half, &mut deepest);
+                measure(point + normal * half, &mut deepest);
+                measure(point - normal * half, &mut deepest);
             }
         }
         let mut step = 0.5;
         while let Some(notch) = deepest.filter(|_| step > MIN_STEP_SHARE) {
             let point = notch.bottom + notch.outward * (notch.depth * (1.0 + step));
             if depth_in_hull(&point) >= 0.0 {
-                look_at(point, &mut deepest);
+                measure(point, &mut deepest);
             }
             if deepest.is_none_or(|now| now.depth < notch.depth * (1.0 + MIN_GAIN_SHARE)) {
                 step *= 0.5;

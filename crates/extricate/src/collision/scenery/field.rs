@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
+use super::nodes::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
 use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};

@@ -3,7 +3,7 @@
 
 use super::half_space::HalfSpace;
 use super::kinds::Scenery;
-use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M};
+use super::nodes::{Approach, At, ENDLESS_HALF_SIDE_M};
 use crate::collision::prepared::Placed;
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};

@@ -3,7 +3,7 @@
 use super::field::Field;
 use super::half_space::HalfSpace;
 use super::many::Many;
-use super::tree::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
+use super::nodes::{Approach, At, ENDLESS_HALF_SIDE_M, Element};
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::math::Vec3;
 use crate::robot::Geometry;

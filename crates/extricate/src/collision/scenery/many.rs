@@ -2,8 +2,8 @@
 //! cell.
 
 use super::layers::layers;
+use super::nodes::{Approach, At, Element};
 use super::places::PlaceTree;
-use super::tree::{Approach, At, Element};
 use crate::collision::convex_distance::nearer_than;
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::collision::shapes::bvh::{Cuboid, View};

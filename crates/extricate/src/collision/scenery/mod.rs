@@ -11,19 +11,19 @@ mod inner;
 mod kinds;
 mod layers;
 mod many;
+mod nodes;
 mod pair;
 mod places;
 mod planes;
-mod tree;
 
 pub use field::raised;
 pub use half_space::HalfSpace;
 pub use inner::{Stands, stand_ins};
 pub use kinds::Scenery;
 pub use many::Many;
+pub use nodes::{At, Element};
 pub use pair::{closest, element_closest, element_in, from_half_space, lift, lifted, nearer};
 pub use planes::Planes;
-pub use tree::{At, Element};
 
 #[cfg(test)]
 mod tests;

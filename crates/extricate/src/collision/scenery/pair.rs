@@ -3,8 +3,8 @@
 use super::field::{Field, raised};
 use super::half_space::HalfSpace;
 use super::kinds::Scenery;
+use super::nodes::{Approach, At, Element};
 use super::planes::Planes;
-use super::tree::{Approach, At, Element};
 use crate::collision::convex_distance::{self, Separation};
 use crate::collision::narrow_phase::mesh_solid::mesh_nearer;
 use crate::collision::narrow_phase::{Buffers, SeparatingWitness, mesh_convex};

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::tree::{Approach, At};
+use super::nodes::{Approach, At};
 use crate::collision::broad_phase::static_tree::arrange;
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::collision::shapes::bvh::{Boxes, Cuboid, Lanes, below, lanes_of, rounded_up, rounding_at};

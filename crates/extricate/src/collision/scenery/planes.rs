@@ -3,7 +3,7 @@
 
 use arrayvec::ArrayVec;
 
-use super::tree::Element;
+use super::nodes::Element;
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::Aabb;
 use crate::collision::shapes::convex::ConvexCore;

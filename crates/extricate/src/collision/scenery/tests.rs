@@ -29,7 +29,7 @@ fn grid(rng: &mut ChaCha8Rng, rows: usize, columns: usize) -> Arc<HeightField> {
 }
 
 /// Finds all elements below nodes with bounds below the limit.
-fn found(scenery: &Scenery, approach: &super::tree::Approach, limit: f64) -> Vec<u32> {
+fn found(scenery: &Scenery, approach: &super::nodes::Approach, limit: f64) -> Vec<u32> {
     let (mut stack, mut all) = (vec![scenery.root().unwrap()], Vec::new());
     while let Some(at) = stack.pop() {
         match at.as_element() {

@@ -31,8 +31,8 @@ const SAMPLE_INDEX: Names = ["index.lists", "index.centres", "index.margins", "i
 const SOLVED_INDEX: Names = ["exits.lists", "exits.centres", "exits.margins", "exits.basis"];
 
 pub fn arrays(model: &Model) -> Vec<Array> {
-    let SampleArrays { all, solved, tangents } = model.boundary().kept();
-    let ContactPlaneArrays { counts, pairs, columns, numbers } = tangents;
+    let SampleArrays { all, solved, planes } = model.boundary().kept();
+    let ContactPlaneArrays { counts, pairs, columns, numbers } = planes;
     let pieces = model.prepared().checker().kept_pieces();
     let trees = model.prepared().checker().kept_trees();
     let mut arrays = Vec::from(of_index(SAMPLE_INDEX, &all));
@@ -122,14 +122,14 @@ pub fn restore(
         }
         _ => numbers(tensors, "planes.pairs", Dtype::U32, u32::from_le_bytes)?,
     };
-    let tangents = ContactPlaneArrays {
+    let planes = ContactPlaneArrays {
         counts: numbers(tensors, "planes.counts", Dtype::U8, u8::from_le_bytes)?,
         pairs,
         columns: numbers(tensors, "planes.columns", Dtype::U8, u8::from_le_bytes)?,
         numbers: numbers(tensors, "planes.numbers", Dtype::F32, f32::from_le_bytes)?,
     };
     let of_solved = (exits > 0).then(|| index(tensors, SOLVED_INDEX)).transpose()?;
-    let kept = SampleArrays { all: index(tensors, SAMPLE_INDEX)?, solved: of_solved, tangents };
+    let kept = SampleArrays { all: index(tensors, SAMPLE_INDEX)?, solved: of_solved, planes };
     let scene = checker.scene();
     let sizes = [scene.space.nq(), scene.space.nv(), scene.pairs.len()];
     SampleSet::restored(metric, sizes, configs, exits, &kept)

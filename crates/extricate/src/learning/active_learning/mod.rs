@@ -168,8 +168,8 @@ fn take_doubtful(
     let nq = parts.nq;
     let mut order: Vec<(f64, usize, usize)> = Vec::new();
     for (side, list) in pool.iter().enumerate() {
-        let looked_at = &list[..list.len().min(CANDIDATES_PER_ADDED * count * nq / 2)];
-        let decisions = classifier.decisions(nq, parts.features, looked_at).into_iter().enumerate();
+        let candidates = &list[..list.len().min(CANDIDATES_PER_ADDED * count * nq / 2)];
+        let decisions = classifier.decisions(nq, parts.features, candidates).into_iter().enumerate();
         order.extend(decisions.map(|(i, decision)| (if side == 0 { decision } else { -decision }, side, i)));
     }
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));

@@ -71,23 +71,23 @@ fn the_wrong_and_the_least_sure_are_taken() {
     let classifier = fitted(&explored(400, 1).concat());
     let count = 300;
     // At most this many of each label are evaluated.
-    let looked_at = CANDIDATES_PER_ADDED * count / 2;
+    let candidates = CANDIDATES_PER_ADDED * count / 2;
     let before = explored(6000, 2);
     let mut pool = before.clone();
     let taken = take_doubtful(&classifier, &PARTS, &mut pool, count);
     assert_eq!((taken[0].len() + taken[1].len()) / NQ, count);
-    let mut looked_at_and_left = [Vec::new(), Vec::new()];
+    let mut seen_and_left = [Vec::new(), Vec::new()];
     for side in [0, 1] {
-        let (all, seen) = (rows(&before[side]), looked_at.min(before[side].len() / NQ));
+        let (all, seen) = (rows(&before[side]), candidates.min(before[side].len() / NQ));
         let is_taken = |q: &&[f64]| rows(&taken[side]).contains(q);
         assert!(rows(&taken[side]).iter().all(|q| all[..seen].contains(q)), "only what was looked at is taken");
         let left: Vec<&[f64]> = all[..seen].iter().filter(|q| !is_taken(q)).chain(&all[seen..]).copied().collect();
         assert_eq!(rows(&pool[side]), left, "the others stay, in their order");
-        looked_at_and_left[side] = left[..seen - taken[side].len() / NQ].concat();
+        seen_and_left[side] = left[..seen - taken[side].len() / NQ].concat();
     }
     let most = |values: Vec<f64>| values.into_iter().fold(f64::NEG_INFINITY, f64::max);
     let least = |values: Vec<f64>| values.into_iter().fold(f64::INFINITY, f64::min);
-    let (taken, left) = (sureness(&classifier, &taken), sureness(&classifier, &looked_at_and_left));
+    let (taken, left) = (sureness(&classifier, &taken), sureness(&classifier, &seen_and_left));
     assert!(most(taken.clone()) <= least(left.clone()), "{} {}", most(taken), least(left));
 }
 

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::cspace::Label;
 use kernel::{PointSet, WeightedPoints};
 pub use options::FitOptions;
-use options::{Choice, svm_options};
+use options::{Hyperparameters, svm_options};
 use scaling::Standardization;
 use smo::train;
 
@@ -40,7 +40,7 @@ pub struct Classifier {
     support: WeightedPoints,
     bias: f64,
     gamma: f64,
-    choice: Choice,
+    choice: Hyperparameters,
 }
 
 /// Final state of training, from which it can continue after points are appended.
@@ -148,7 +148,7 @@ impl Classifier {
 
     /// The kernel width and penalty that were used; pass them in [`FitOptions`] to fit again
     /// without a search.
-    pub fn choice(&self) -> Choice {
+    pub fn choice(&self) -> Hyperparameters {
         self.choice
     }
 }

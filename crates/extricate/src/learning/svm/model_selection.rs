@@ -4,7 +4,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rayon::prelude::*;
 
 use super::kernel::{PointSet, WeightedPoints};
-use super::options::{Choice, FitOptions, svm_options};
+use super::options::{FitOptions, Hyperparameters, svm_options};
 use super::smo::train;
 
 /// Kernel widths that are tried, from three times the spread of the whole set to a third of it.
@@ -31,22 +31,25 @@ pub fn median_squared_distance(points: &PointSet, seed: u64) -> f64 {
 /// Returns the parameters that `options` fix, and for the others those of best balanced accuracy on
 /// held-out points. Among equally good ones it takes the least penalty, which trains fastest, then
 /// the widest kernel.
-pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOptions) -> Choice {
+pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOptions) -> Hyperparameters {
     let gamma_factors = options.gamma_factor.map_or(GAMMA_FACTORS.to_vec(), |g| vec![g]);
     let penalties = options.penalty.map_or(PENALTIES.to_vec(), |c| vec![c]);
     let of_penalty = |penalty: &f64| {
         let penalty = *penalty;
-        gamma_factors.iter().map(move |gamma_factor| Choice { gamma_factor: *gamma_factor, penalty })
+        gamma_factors.iter().map(move |gamma_factor| Hyperparameters { gamma_factor: *gamma_factor, penalty })
     };
-    let choices: Vec<Choice> = penalties.iter().flat_map(of_penalty).collect();
+    let choices: Vec<Hyperparameters> = penalties.iter().flat_map(of_penalty).collect();
     let (training, validation) = split(free, options);
     if choices.len() == 1 || training.is_empty() {
         let middle = |given: Option<f64>, otherwise: f64| given.unwrap_or(otherwise);
-        return Choice { gamma_factor: middle(options.gamma_factor, 1.0), penalty: middle(options.penalty, 100.0) };
+        return Hyperparameters {
+            gamma_factor: middle(options.gamma_factor, 1.0),
+            penalty: middle(options.penalty, 100.0),
+        };
     }
     let (seen, seen_free) = (points.gather(&training), of(free, &training));
     let options = &options.shared_out();
-    let accuracy = |choice: &Choice| {
+    let accuracy = |choice: &Hyperparameters| {
         let solved = svm_options(&seen_free, spread, *choice, options);
         let solution = train(&seen, &seen_free, &solved, None);
         let signed = |(alpha, free): (&f64, &bool)| if *free { *alpha } else { -alpha };

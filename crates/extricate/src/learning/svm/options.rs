@@ -52,7 +52,7 @@ impl Default for FitOptions {
 
 /// Kernel width and penalty, given or chosen by validation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Choice {
+pub struct Hyperparameters {
     /// `gamma` times the median squared distance between points.
     pub gamma_factor: f64,
     /// Penalty `C` of the soft margin.
@@ -60,7 +60,7 @@ pub struct Choice {
 }
 
 /// Returns the options of training for one choice of parameters.
-pub fn svm_options(free: &[bool], spread: f64, choice: Choice, options: &FitOptions) -> SvmOptions {
+pub fn svm_options(free: &[bool], spread: f64, choice: Hyperparameters, options: &FitOptions) -> SvmOptions {
     let count = free.iter().filter(|free| **free).count();
     let balance = |count: usize| free.len() as f64 / (2.0 * count.max(1) as f64);
     let weights = options.weights.unwrap_or([balance(count), balance(free.len() - count)]);

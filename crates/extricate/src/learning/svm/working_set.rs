@@ -64,7 +64,7 @@ pub fn may_rest(c: &Coefficient, (largest, least): (f64, f64)) -> bool {
 }
 
 /// A point chosen for the next step.
-pub struct Choice {
+pub struct ChosenPoint {
     /// Position among the active points.
     pub position: usize,
     /// Largest error (first choice) or largest `error_i - error_j` (second choice) seen.
@@ -180,7 +180,7 @@ impl ActiveSet {
 
     /// Chooses the first of the pair: the point of largest error whose coefficient may grow, if
     /// any.
-    pub fn first(&self) -> Option<Choice> {
+    pub fn first(&self) -> Option<ChosenPoint> {
         let (errors, growable) = (&self.errors[..], &self.growable[..]);
         let best = vectorized(
             #[inline(always)]
@@ -202,15 +202,15 @@ impl ActiveSet {
     }
 
     /// Finds the position of the largest error, which is `best.0` and lies in chunk `best.1`.
-    fn locate_first(&self, best: (f64, usize)) -> Option<Choice> {
+    fn locate_first(&self, best: (f64, usize)) -> Option<ChosenPoint> {
         let blocks = best.1 * BLOCKS_PER_CHUNK..((best.1 + 1) * BLOCKS_PER_CHUNK).min(self.errors.len());
         let mut values = blocks.flat_map(|b| masked(&self.errors[b], &self.growable[b]));
         let offset = values.position(|value| value == best.0 && value > f64::NEG_INFINITY)?;
-        Some(Choice { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: best.0 })
+        Some(ChosenPoint { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: best.0 })
     }
 
     /// Chooses the partner of largest gain among points of less error whose coefficient may shrink.
-    pub fn second(&self, error: f64, row: &[[f32; LANES]]) -> Option<Choice> {
+    pub fn second(&self, error: f64, row: &[[f32; LANES]]) -> Option<ChosenPoint> {
         let (errors, shrinkable) = (&self.errors[..], &self.shrinkable[..]);
         let (best, gap) = vectorized(
             #[inline(always)]
@@ -236,12 +236,12 @@ impl ActiveSet {
         let blocks = best.1 * BLOCKS_PER_CHUNK..((best.1 + 1) * BLOCKS_PER_CHUNK).min(self.errors.len());
         let mut values = blocks.flat_map(|b| gains(error, &self.errors[b], &self.shrinkable[b], &row[b]).0);
         let offset = values.position(|value| value == best.0 && value > f32::NEG_INFINITY)?;
-        Some(Choice { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: gap })
+        Some(ChosenPoint { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: gap })
     }
 
     /// Moves the coefficient of `i` up and that of `j` down by the best common step, and updates
     /// the errors. The same pass makes the next first choice.
-    pub fn step(&mut self, i: usize, j: usize, row_i: &[[f32; LANES]], row_j: &[[f32; LANES]]) -> Option<Choice> {
+    pub fn step(&mut self, i: usize, j: usize, row_i: &[[f32; LANES]], row_j: &[[f32; LANES]]) -> Option<ChosenPoint> {
         let ((bi, li), (bj, lj)) = ((i / LANES, i % LANES), (j / LANES, j % LANES));
         let curvature = f64::from((2.0 - 2.0 * row_i[bj][lj]).max(LEAST_CURVATURE));
         let (room_i, room_j) = (self.greatest[bi][li] - self.beta[bi][li], self.beta[bj][lj] - self.least[bj][lj]);

@@ -256,7 +256,7 @@ impl Branches {
         let (mut promising, mut most, mut number) = (None, f64::NEG_INFINITY, 0);
         checker.inner_pairs(config, pairs, check, &mut |pair| {
             if most < target {
-                around.look_at(context, pair);
+                around.add_pair(context, pair);
                 let cone = cone_of(nodes, node, pair).map(|cone| around.to_world(cone));
                 let found = cells.cover(pair, cone, &mut around, target, FIRST_SPLITS);
                 if found > most {
@@ -271,7 +271,7 @@ impl Branches {
         let (mut is_whole, mut at) = (promising.is_some(), 0);
         checker.inner_pairs(config, pairs, check, &mut |pair| {
             if Some(at) == promising {
-                around.look_at(context, pair);
+                around.add_pair(context, pair);
                 let cone = cone_of(nodes, node, pair).map(|cone| around.to_world(cone));
                 let splits = if cone.is_some() { FIRST_SPLITS } else { SPLITS };
                 cells.cover(pair, cone, &mut around, target, splits << nodes[node].repeats);

@@ -98,7 +98,7 @@ impl<'a> Around<'a> {
     }
 
     /// Prepares the motion of a pair of convex sets.
-    pub fn look_at(&mut self, context: &Context, pair: &ConvexPair) {
+    pub fn add_pair(&mut self, context: &Context, pair: &ConvexPair) {
         let scene = context.checker.scene();
         let bodies = scene.pairs[pair.pair().index()];
         let frames = [bodies.first, bodies.second].map(|body| scene.bodies[body].frame);

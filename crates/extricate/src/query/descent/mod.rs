@@ -112,7 +112,7 @@ pub fn descend(
     if descent.starts_in_vain(&start) {
         return (None, Outcome::Pruned);
     }
-    descent.look_at_start();
+    descent.evaluate_start();
     for iteration in 0..options.iterations {
         if let ControlFlow::Break(outcome) = descent.iterate(iteration) {
             return (descent.found, outcome);
@@ -212,7 +212,7 @@ impl<'a> Descent<'a> {
         subproblem.projection_is_of_no_use(&scene.space, end, planes, self.distance, &self.pruning)
     }
 
-    fn look_at_start(&mut self) {
+    fn evaluate_start(&mut self) {
         if self.planes.is_none() {
             self.violation = self.evaluate_here();
         }
@@ -264,9 +264,9 @@ impl<'a> Descent<'a> {
         let bends = !subproblem.quadratic.rows.is_empty();
         // The planes of the start were tested against the limit before.
         let limit = if self.planes.is_some() { f64::INFINITY } else { self.pruning.limit(iteration) };
-        let has_looked = iteration > 0 || self.planes.is_some();
+        let has_evaluated = iteration > 0 || self.planes.is_some();
         // The program of an overlapping configuration may be infeasible, which does not mean far.
-        let may_end = has_looked && self.violation <= 0.0 && !bends;
+        let may_end = has_evaluated && self.violation <= 0.0 && !bends;
         let most = if may_end { 0.5 * (limit.powi(2) - self.distance * self.distance) } else { f64::INFINITY };
         let outcome = subproblem.solve(most);
         if outcome == QpOutcome::Above {
@@ -285,7 +285,7 @@ impl<'a> Descent<'a> {
         // yet show how far the descent may lead.
         if outcome == QpOutcome::Solved
             && (!at_rim || !bends)
-            && let Some(outcome) = self.is_done(has_looked, limit)
+            && let Some(outcome) = self.is_done(has_evaluated, limit)
         {
             return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(outcome) };
         }
@@ -301,14 +301,14 @@ impl<'a> Descent<'a> {
 
     /// Returns an outcome if the program leads beyond the limit, to a known end, or hardly nearer
     /// than the present configuration.
-    fn is_done(&mut self, has_looked: bool, limit: f64) -> Option<Outcome> {
+    fn is_done(&mut self, has_evaluated: bool, limit: f64) -> Option<Outcome> {
         let DescentScratch { end: x, subproblem, .. } = &mut *self.scratch;
         let space = &self.context.checker.scene().space;
         let expected = subproblem.expected(self.distance);
-        if has_looked && expected > limit {
+        if has_evaluated && expected > limit {
             return Some(Outcome::Pruned);
         }
-        if has_looked
+        if has_evaluated
             && expected > KNOWN_END_SHARE * self.pruning.incumbent
             && subproblem.leads_to_an_end(space, x, &self.pruning)
         {

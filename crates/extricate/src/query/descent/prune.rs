@@ -114,12 +114,12 @@ mod tests {
         };
         // The query is 1 away along the first coordinate, and a plane stops the way there after
         // 0.3.
-        let mut tangents = ContactPlanes::new(nv);
+        let mut stored = ContactPlanes::new(nv);
         let mut toward = vec![0.0; nv];
         toward[0] = -1.0;
-        tangents.push(0, 0.3, &toward);
-        tangents.end_sample();
-        let planes = tangents.planes(0);
+        stored.push(0, 0.3, &toward);
+        stored.end_sample();
+        let planes = stored.planes(0);
         let (mut anchor, mut scratch) = (Anchor::default(), MetricScratch::default());
         metric.anchor(&at([1.0, 0.0]), &mut anchor);
         let distance = metric.distance_from(&anchor, &x, &mut scratch);

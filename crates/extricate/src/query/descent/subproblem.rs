@@ -48,13 +48,13 @@ impl Subproblem {
             contact.add_gradient(scene, &self.twists, &mut self.qp.push(0.0)[..nv]);
             self.bound_last_row(context.clearance + self.slack - contact.distance);
         }
-        for pair in context.held.pairs {
+        for pair in context.touching.pairs {
             let own = contacts.iter().filter(|contact| contact.pair == *pair);
             let Some(contact) = own.min_by(|a, b| a.distance.total_cmp(&b.distance)) else { continue };
             let row = &mut self.qp.push(0.0)[..nv];
             contact.add_gradient(scene, &self.twists, row);
             row.iter_mut().for_each(|slope| *slope = -*slope);
-            self.bound_last_row(contact.distance - context.held.most);
+            self.bound_last_row(contact.distance - context.touching.most);
         }
         self.end()
     }

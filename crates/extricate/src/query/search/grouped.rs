@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::known::Known;
 use super::polish::polish;
 use super::run::run;
-use super::scratch::{Found, GroupMemory, QueryScratch};
+use super::scratch::{GroupMemory, GroupResult, QueryScratch};
 use super::sources::take_stored;
 use super::{Hint, Search};
 use crate::query::context::{Context, Stored};
@@ -175,7 +175,7 @@ fn search_group(
 /// of one group.
 fn combine(context: &Context, plan: Plan, groups: &Groups, memory: &mut GroupMemory, scratch: &mut QueryScratch) {
     let space = &context.checker.scene().space;
-    let take = |config: &mut [f64], found: &Found, exit: &[f64]| {
+    let take = |config: &mut [f64], found: &GroupResult, exit: &[f64]| {
         for factor in space.factors().iter().filter(|factor| groups.holds(groups.root(found.root), factor.v)) {
             config[factor.coordinates()].copy_from_slice(&exit[factor.coordinates()]);
         }

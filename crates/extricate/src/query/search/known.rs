@@ -1,6 +1,6 @@
 //! State of a query: exits, starts and bounds so far, and memory for them.
 
-use super::directions::tree::Directions;
+use super::directions::displacement_tree::Directions;
 use super::stored::StoredStarts;
 use crate::metric::Anchor;
 use crate::query::bound::proof::Proof;

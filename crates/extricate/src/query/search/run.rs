@@ -22,7 +22,7 @@ pub fn run(search: &mut Search) {
     if begin_at_hint(search)
         && let Some(turn) = search.turn
     {
-        return take_turns(search, turn);
+        return try_next_starts(search, turn);
     }
     ask(search, Source::Directions);
     ask(search, Source::Stored);
@@ -81,13 +81,11 @@ fn begin_at_hint(search: &mut Search) -> bool {
 }
 
 /// Descends from the stored samples and the starts around the query that are next in the stream.
-fn take_turns(search: &mut Search, Turn { next, mut left }: Turn) {
-    let (mut at, all) = (next, search.plan.stored + search.plan.around);
-    for rank in 0..all {
-        at = (next + rank) % all;
-        if left == 0 || search.is_over() {
-            break;
-        }
+fn try_next_starts(search: &mut Search, Turn { next, mut left }: Turn) {
+    let all = search.plan.stored + search.plan.around;
+    let mut tried = 0;
+    while tried < all && left > 0 && !search.is_over() {
+        let at = (next + tried) % all;
         let before = search.evaluator.checks;
         match at.checked_sub(search.plan.stored) {
             Some(number) => Source::Around.descend(search, number),
@@ -95,6 +93,7 @@ fn take_turns(search: &mut Search, Turn { next, mut left }: Turn) {
         };
         // A start that its contact planes prune costs no check.
         left -= usize::from(search.evaluator.checks > before);
+        tried += 1;
     }
-    search.turn = Some(Turn { next: at, left });
+    search.turn = Some(Turn { next: (next + tried) % all.max(1), left });
 }

@@ -67,7 +67,7 @@ pub struct ReportScratch {
 
 /// Result of the search of a group.
 #[derive(Default)]
-pub struct Found {
+pub struct GroupResult {
     pub root: usize,
     /// Its exits, row major, nearest first; other joints are where the query has them.
     pub exits: Vec<f64>,
@@ -81,8 +81,8 @@ pub struct Found {
 #[derive(Default)]
 pub struct GroupMemory {
     /// Results of the groups searched so far.
-    pub found: Vec<Found>,
-    pub spare: Vec<Found>,
+    pub found: Vec<GroupResult>,
+    pub spare: Vec<GroupResult>,
     /// For every checked pair, whether the group alone moves it, and whether stored contact planes
     /// hold.
     pub judged: Option<Arc<Vec<bool>>>,
@@ -102,7 +102,7 @@ impl GroupMemory {
         self.spare.append(&mut self.found);
     }
 
-    pub fn drop_found(&mut self, is_dropped: impl Fn(&Found) -> bool) {
+    pub fn drop_found(&mut self, is_dropped: impl Fn(&GroupResult) -> bool) {
         while let Some(at) = self.found.iter().position(&is_dropped) {
             self.spare.push(self.found.remove(at));
         }

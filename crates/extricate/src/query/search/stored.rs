@@ -1,4 +1,4 @@
-//! Choice of the stored samples that a search starts from: the nearest, no two alike.
+//! PairDirection of the stored samples that a search starts from: the nearest, no two alike.
 
 use crate::math::linear_algebra::dot;
 use crate::metric::Anchor;
@@ -16,7 +16,7 @@ pub struct StoredStarts {
     /// Candidates for starts, nearest first, with their distances; with squared distances in the
     /// other coordinates if joints are locked.
     pub near: Vec<(u32, f64)>,
-    looked_at: usize,
+    visited: usize,
     pub chosen: Vec<u32>,
     /// Coordinates of the chosen ones in which the local metric is the identity.
     places: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct StoredStarts {
 
 impl StoredStarts {
     pub fn reset(&mut self) {
-        (self.looked_at, self.is_gathered) = (0, false);
+        (self.visited, self.is_gathered) = (0, false);
         self.near.clear();
         self.chosen.clear();
         self.places.clear();
@@ -77,8 +77,8 @@ impl StoredStarts {
         local: &mut LocalMetric,
     ) -> bool {
         let (space, samples) = (&context.checker.scene().space, context.stored.map(|stored| stored.samples));
-        while let Some((&(id, _), samples)) = self.near.get(self.looked_at).zip(samples) {
-            self.looked_at += 1;
+        while let Some((&(id, _), samples)) = self.near.get(self.visited).zip(samples) {
+            self.visited += 1;
             self.config.clear();
             self.config.extend_from_slice(samples.config(id));
             context.hold(rest, &mut self.config);

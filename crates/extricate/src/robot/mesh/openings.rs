@@ -39,8 +39,8 @@ pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
             }
         }
     }
-    let looked_at = (MAX_EDGE_PAIRS / edges.len().max(1)).clamp(MIN_EDGES, MAX_EDGES);
-    let step = edges.len().div_ceil(looked_at).max(1);
+    let compared_edges = (MAX_EDGE_PAIRS / edges.len().max(1)).clamp(MIN_EDGES, MAX_EDGES);
+    let step = edges.len().div_ceil(compared_edges).max(1);
     (0..edges.len()).step_by(step).map(|k| gap(&edges, k)).reduce(f64::max)
 }
 

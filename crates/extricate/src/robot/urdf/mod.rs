@@ -4,8 +4,8 @@
 //! Works on the XML tree itself: a file may contain anything that does not matter here, and every
 //! message names the link or joint, the value and what was expected.
 
+mod element_reader;
 mod joints;
-mod place;
 mod shapes;
 
 use std::collections::HashMap;
@@ -13,12 +13,12 @@ use std::collections::HashMap;
 use roxmltree::{Document, Node};
 
 use super::formats::xml::{NEEDS_XACRO, child, children, document, label, own_attribute};
-use super::tree::{resolve_mimics, root};
+use super::link_tree::{resolve_mimics, root};
 use super::{Link, LinkGeometry, LoadLimit, LoadLimits, Robot};
 use crate::error::{Error, Result, listed, quoted};
 
-pub use place::LoadMesh;
-use place::Place;
+use element_reader::ElementReader;
+pub use element_reader::LoadMesh;
 
 /// The elements that give a robot its shapes for collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,14 +88,14 @@ pub fn parse_within(
     let mut link_of_name = HashMap::new();
     let mut shape_count = 0;
     for node in children(robot, "link") {
-        let place = Place { file, element: label(node) };
-        let link = link(&place, node, shapes, load_mesh, warnings)?;
+        let reader = ElementReader { file, element: label(node) };
+        let link = link(&reader, node, shapes, load_mesh, warnings)?;
         shape_count += link.collision.len();
-        limits.check(LoadLimit::NameBytes, link.name.len(), file, &place.element)?;
+        limits.check(LoadLimit::NameBytes, link.name.len(), file, &reader.element)?;
         limits.check(LoadLimit::Links, links.len() + 1, file, "robot")?;
         limits.check(LoadLimit::Shapes, shape_count, file, "robot")?;
         if link_of_name.insert(link.name.clone(), links.len()).is_some() {
-            return Err(place.error("got a second link of this name, expected unique names"));
+            return Err(reader.error("got a second link of this name, expected unique names"));
         }
         links.push(link);
     }
@@ -134,17 +134,23 @@ const IS_MJCF: &str = "got <mujoco>, expected <robot>: this is MJCF; in Python `
                        (pip install 'extricate[mujoco]')";
 const IS_SDF: &str = "got <sdf>, expected <robot>: this is SDF; in Python `extricate.Robot.from_sdf(path)` takes it";
 
-fn link(place: &Place, node: Node, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Link> {
-    let (file, element, tag) = (place.file, &place.element, shapes.tag());
-    let name = place.required(node, "name")?.to_owned();
+fn link(
+    reader: &ElementReader,
+    node: Node,
+    shapes: Shapes,
+    load_mesh: LoadMesh,
+    warnings: &mut Vec<String>,
+) -> Result<Link> {
+    let (file, element, tag) = (reader.file, &reader.element, shapes.tag());
+    let name = reader.required(node, "name")?.to_owned();
     let mut collision = Vec::new();
     for part in children(node, tag) {
         let Some(shape) = child(part, "geometry").and_then(|g| g.children().find(Node::is_element)) else {
             warnings.push(format!("{file}: {element}: a <{tag}> without geometry is ignored"));
             continue;
         };
-        let pose_link_geometry = place.origin(part)?;
-        if let Some(geometry) = shapes::geometry(place, shape, load_mesh, warnings)? {
+        let pose_link_geometry = reader.origin(part)?;
+        if let Some(geometry) = shapes::geometry(reader, shape, load_mesh, warnings)? {
             collision.push(LinkGeometry { pose_link_geometry, geometry });
         }
     }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::learning::svm::kernel::LANES;
 use inverted_lists::{Lists, list_count};
 use rerank::{Exact, Shortlist, ShowList};
-use scan::{BoundLists, ListRoom, ListsWithin, NearestCentres, Query, ScanList};
+use scan::{BoundLists, ListDistances, ListsWithin, NearestCentres, Query, ScanList};
 
 /// Fewer points than this form one list, since scanning them all is as fast.
 const MIN_POINTS_FOR_LISTS: usize = 1_500;
@@ -73,7 +73,7 @@ pub struct SearchScratch {
     bounds: Vec<[f32; LANES]>,
     order: Vec<(f32, u32)>,
     few_bounds: Vec<f64>,
-    of_list: ListRoom,
+    of_list: ListDistances,
     shortlist: Shortlist,
 }
 
@@ -120,13 +120,20 @@ impl Index {
         scratch: &mut SearchScratch,
         visit: &mut dyn FnMut(u32) -> f64,
     ) {
-        let mut room = std::mem::take(&mut scratch.of_list);
+        let mut distances = std::mem::take(&mut scratch.of_list);
         self.go_through(query, within, most, scratch, &mut |lists, list, query, radius| {
             let mut radius = radius;
-            Arch::new().dispatch(ScanList { lists, list, query, room: &mut room, radius: &mut radius, visit });
+            Arch::new().dispatch(ScanList {
+                lists,
+                list,
+                query,
+                distances: &mut distances,
+                radius: &mut radius,
+                visit,
+            });
             radius
         });
-        scratch.of_list = room;
+        scratch.of_list = distances;
     }
 
     /// Calls `scan` with up to `most` lists, roughly nearest first, and with the radius that it

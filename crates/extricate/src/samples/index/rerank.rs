@@ -4,7 +4,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::inverted_lists::Lists;
-use super::scan::{ListRoom, Query, least_of_lanes, square_list, up_to};
+use super::scan::{ListDistances, Query, least_of_lanes, square_list, up_to};
 use crate::math::LANES;
 use crate::math::simd::lanes_of;
 
@@ -17,16 +17,16 @@ pub struct Shortlist {
     k: usize,
     /// No farther point is among the `k` nearest; at first the limit of the search.
     pub radius: f64,
-    found: Vec<Found>,
+    found: Vec<BoundedPoint>,
     /// Length of `found` at which it is pruned: twice what the last pruning left, so that thousands
     /// of equal distances do not take quadratic time.
     most: usize,
-    room: ListRoom,
+    distances: ListDistances,
 }
 
 /// A point, with bounds on its distance.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+struct BoundedPoint {
     nearest: f64,
     farthest: f64,
     place: u32,
@@ -69,7 +69,7 @@ impl Shortlist {
         if self.found.len() < self.k {
             return;
         }
-        let by_farthest = |a: &Found, b: &Found| a.farthest.total_cmp(&b.farthest);
+        let by_farthest = |a: &BoundedPoint, b: &BoundedPoint| a.farthest.total_cmp(&b.farthest);
         let (_, kth, _) = self.found.select_nth_unstable_by(self.k - 1, by_farthest);
         self.radius = self.radius.min(kth.farthest);
         self.found.retain(|found| found.nearest <= self.radius);
@@ -108,20 +108,24 @@ impl WithSimd for ShowList<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { lists, list, query, shortlist } = self;
         let first = lists.starts[list] as usize;
-        let moved = square_list(simd, lists, list, query.exact, &mut shortlist.room);
+        let moved = square_list(simd, lists, list, query.exact, &mut shortlist.distances);
         let rounding = Rounding { error: lists.relative_error(), moved };
         if shortlist.k == 1 {
-            let least = least_of_lanes(simd, &shortlist.room.squared).into_iter().fold(f32::INFINITY, f32::min);
+            let least = least_of_lanes(simd, &shortlist.distances.squared).into_iter().fold(f32::INFINITY, f32::min);
             shortlist.radius = shortlist.radius.min(rounding.farthest(least));
         }
         let mut limit = rounding.limit(shortlist.radius);
-        for b in 0..shortlist.room.squared.len() {
-            for lane in lanes_of(up_to(simd, &shortlist.room.squared[b], limit)) {
+        for b in 0..shortlist.distances.squared.len() {
+            for lane in lanes_of(up_to(simd, &shortlist.distances.squared[b], limit)) {
                 // Padded places are at infinity.
-                let squared = shortlist.room.squared[b][lane];
+                let squared = shortlist.distances.squared[b][lane];
                 if squared < f32::INFINITY {
                     let (nearest, farthest) = (rounding.nearest(squared), rounding.farthest(squared));
-                    shortlist.found.push(Found { nearest, farthest, place: ((first + b) * LANES + lane) as u32 });
+                    shortlist.found.push(BoundedPoint {
+                        nearest,
+                        farthest,
+                        place: ((first + b) * LANES + lane) as u32,
+                    });
                 }
             }
             if shortlist.found.len() >= shortlist.most {

@@ -204,7 +204,7 @@ pub struct ScanList<'a> {
     /// The query, exact and rounded.
     pub query: Query<'a>,
     /// Scratch memory for the distances to its points.
-    pub room: &'a mut ListRoom,
+    pub distances: &'a mut ListDistances,
     /// Radius of the search.
     pub radius: &'a mut f64,
     /// The callback of [`super::Index::search`].
@@ -216,13 +216,13 @@ impl WithSimd for ScanList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { lists, list, query, room, radius, visit } = self;
+        let Self { lists, list, query, distances, radius, visit } = self;
         let error = lists.relative_error();
-        let moved = square_list(simd, lists, list, query.exact, room);
+        let moved = square_list(simd, lists, list, query.exact, distances);
         // Largest computed squared distance of a point within `radius`, rounding included.
         let threshold = |radius: f64| ((radius + moved).powi(2) * (1.0 + error)) as f32;
         let first = lists.starts[list] as usize;
-        for (b, squared) in (first..).zip(room.squared.iter()) {
+        for (b, squared) in (first..).zip(distances.squared.iter()) {
             for place in lanes_of(up_to(simd, squared, threshold(*radius))).map(|lane| b * LANES + lane) {
                 if lists.ids[place] != PADDING {
                     *radius = visit(lists.ids[place]);
@@ -234,19 +234,19 @@ impl WithSimd for ScanList<'_> {
 
 /// Scratch memory for the distances to one list.
 #[derive(Debug, Clone, Default)]
-pub struct ListRoom {
+pub struct ListDistances {
     /// The query relative to the origin of the list.
     relative: Vec<f32>,
     /// Squared distance from the query to what each code means; infinite in the padding.
     pub squared: Vec<[f32; LANES]>,
 }
 
-/// Fills `room` with the squared distances from the query to all points of a list, and returns by
+/// Fills `distances` with the squared distances from the query to all points of a list, and returns by
 /// how much rounding may have changed their roots. Skipping blocks by balls around them took
 /// longer, in branches that the processor cannot predict.
 #[inline(always)]
-pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], room: &mut ListRoom) -> f64 {
-    let ListRoom { relative, squared } = room;
+pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], distances: &mut ListDistances) -> f64 {
+    let ListDistances { relative, squared } = distances;
     let ListCodes { blocks, in_last, step, moved } =
         lists.codes.list(list, lists.starts[list] as usize, query, relative);
     squared.resize(blocks.len() / lists.dimensions, [0.0; LANES]);

@@ -1,6 +1,6 @@
 //! Assigns the coordinates of a scene to joints and bases, with order, names and weights.
 
-use super::frames::{Mover, Place};
+use super::frames::{FactorStart, Mover};
 use super::joint_roles::{JointRole, factor_suffixes, roles};
 use super::loaded::LoadedRobot;
 use super::workspace_radius::reach;
@@ -35,7 +35,7 @@ pub struct RobotCoordinates {
     /// Name of each joint, unique in the scene.
     pub names: Vec<String>,
     /// Places of each joint's factors; empty for joints without coordinates.
-    pub places: Vec<Vec<Place>>,
+    pub places: Vec<Vec<FactorStart>>,
 }
 
 /// A base that moves.
@@ -46,7 +46,7 @@ pub struct Base {
     /// Kind of the joint, planar or floating.
     pub kind: JointKind,
     /// Places of its factors in the configuration space.
-    pub places: Vec<Place>,
+    pub places: Vec<FactorStart>,
 }
 
 impl Base {
@@ -107,7 +107,7 @@ pub fn coordinates(
     for ((candidate, name), weights) in candidates.iter().zip(&names).zip(weights) {
         let first = space.nq();
         let factors = candidate.manifolds.iter().zip(factor_suffixes(candidate.kind)).zip(weights);
-        let places: Vec<Place> = factors
+        let places: Vec<FactorStart> = factors
             .map(|((&manifold, suffix), weight)| space.push(format!("{name}{suffix}"), manifold, weight))
             .collect();
         if !places.is_empty() {

@@ -7,7 +7,7 @@ use crate::robot::{JointKind, Robot};
 use crate::scene::{Coordinate, Frame, Motion};
 
 /// First coordinate and first tangent coordinate of a factor of the configuration space.
-pub type Place = (usize, usize);
+pub type FactorStart = (usize, usize);
 
 /// The kinematic tree of all robots.
 #[derive(Debug, Clone)]
@@ -38,7 +38,7 @@ pub struct Mover<'a> {
     /// Unit axis in the joint's frame.
     pub axis: Vec3,
     /// Places of its factors in the configuration space; a follower has those of its leader.
-    pub places: &'a [Place],
+    pub places: &'a [FactorStart],
     /// Factor of a follower; 1 for other joints.
     pub multiplier: f64,
     /// Offset of a follower \[rad or m\]; 0 for other joints.
@@ -79,7 +79,7 @@ impl Tree {
         root: FramePlacement,
         roles: &[JointRole],
         names: &[String],
-        places: &[Vec<Place>],
+        places: &[Vec<FactorStart>],
     ) -> Vec<Option<FramePlacement>> {
         let mut children = vec![Vec::new(); robot.links.len()];
         for (index, joint) in robot.joints.iter().enumerate().rev() {

@@ -8,8 +8,8 @@ use serde_json::Value;
 use super::imported::Imported;
 use super::matrix::allowed;
 use super::message_objects::{object, operation};
+use super::message_pose::MessagePose;
 use super::objects::Objects;
-use super::place::Place;
 use super::value::At;
 use crate::error::{Error, Result, quoted};
 use crate::math::Pose;
@@ -99,31 +99,31 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimi
 pub struct Frames<'a> {
     robots: Option<&'a Scene>,
     /// Poses in the world by name of the frame.
-    transforms: HashMap<String, Place>,
+    transforms: HashMap<String, MessagePose>,
     /// Name of the frame that is taken for the world.
     world: Option<String>,
 }
 
 impl Frames<'_> {
     /// Returns the pose in the world of the frame that a header names.
-    fn place(&mut self, at: &At) -> Result<Place> {
-        let Some(header) = at.get("header")? else { return Ok(Place::HERE) };
+    fn pose(&mut self, at: &At) -> Result<MessagePose> {
+        let Some(header) = at.get("header")? else { return Ok(MessagePose::IDENTITY) };
         let name = header.text("frame_id")?.trim_start_matches('/');
         let fault = |expected: String| {
             let problem = format!("got the frame `{}`, expected {expected}", quoted(name));
             Err(Error::input(at.file, format!("{}.header.frame_id", at.path), problem))
         };
         if name.is_empty() {
-            return Ok(Place::HERE);
+            return Ok(MessagePose::IDENTITY);
         }
         if let Some(seat) = self.robots.and_then(|robots| link(robots, name)) {
             if seat.frame != 0 {
                 return fault("one that does not move: where this link is depends on the configuration".into());
             }
-            return Ok(place_of(&seat.pose_frame_link));
+            return Ok(pose_of(&seat.pose_frame_link));
         }
-        if let Some(place) = self.transforms.get(name) {
-            return Ok(*place);
+        if let Some(pose) = self.transforms.get(name) {
+            return Ok(*pose);
         }
         match &self.world {
             Some(world) if world != name => {
@@ -131,7 +131,7 @@ impl Frames<'_> {
             }
             _ => {
                 self.world = Some(name.to_string());
-                Ok(Place::HERE)
+                Ok(MessagePose::IDENTITY)
             }
         }
     }
@@ -141,16 +141,16 @@ fn link<'a>(robots: &'a Scene, name: &str) -> Option<&'a LinkAttachment> {
     robots.links.iter().find(|link| link.name == name)
 }
 
-fn place_of(pose: &Pose) -> Place {
+fn pose_of(pose: &Pose) -> MessagePose {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(pose.rotation);
     let quaternion = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
-    Place { xyz: pose.translation.into(), quaternion: quaternion.coords.into() }
+    MessagePose { xyz: pose.translation.into(), quaternion: quaternion.coords.into() }
 }
 
-fn transforms(scene: &At) -> Result<HashMap<String, Place>> {
+fn transforms(scene: &At) -> Result<HashMap<String, MessagePose>> {
     let read = |at: At| {
-        let place = at.get("transform")?.map_or(Ok(Place::HERE), |transform| transform.as_place())?;
-        Ok((at.text("child_frame_id")?.trim_start_matches('/').to_string(), place))
+        let pose = at.get("transform")?.map_or(Ok(MessagePose::IDENTITY), |transform| transform.as_pose())?;
+        Ok((at.text("child_frame_id")?.trim_start_matches('/').to_string(), pose))
     };
     // The map keeps the last of one name, which is the first in the message.
     scene.list("fixed_frame_transforms")?.into_iter().rev().map(read).collect()
@@ -161,7 +161,7 @@ fn standing(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
     if !operation(&named, objects)? {
         return Ok(());
     }
-    let frame = frames.place(&named)?;
+    let frame = frames.pose(&named)?;
     let object = object(&named, &frame, objects)?;
     objects.stand(at.file, object)
 }
@@ -182,10 +182,10 @@ fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Obje
         None => "",
     };
     let seat = |name: &str| frames.robots.and_then(|robots| link(robots, name));
-    let place = match (seat(holder), seat(frame)) {
-        _ if frame.is_empty() || frame == holder => Place::HERE,
+    let pose = match (seat(holder), seat(frame)) {
+        _ if frame.is_empty() || frame == holder => MessagePose::IDENTITY,
         (Some(held), Some(given)) if held.frame == given.frame => {
-            place_of(&held.pose_frame_link.inverse().then(&given.pose_frame_link))
+            pose_of(&held.pose_frame_link.inverse().then(&given.pose_frame_link))
         }
         _ => {
             let (frame, holder) = (quoted(frame), quoted(holder));
@@ -204,7 +204,7 @@ fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Obje
             _ => touch.push(name.to_string()),
         }
     }
-    let object = object(&named, &place, objects)?;
+    let object = object(&named, &pose, objects)?;
     objects.attach(at.file, object, holder, &touch)
 }
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
+use super::message_pose::MessagePose;
 use super::objects::{Object, Objects, Shape};
-use super::place::Place;
 use super::value::At;
 use crate::error::Result;
 use crate::robot::formats;
@@ -54,10 +54,10 @@ pub fn operation(at: &At, objects: &mut Objects) -> Result<bool> {
 }
 
 /// Reads an object; `frame` is the pose of the frame that its poses are given in.
-pub fn object(at: &At, frame: &Place, objects: &mut Objects) -> Result<Object> {
+pub fn object(at: &At, frame: &MessagePose, objects: &mut Objects) -> Result<Object> {
     let name = at.text("id")?.to_string();
     objects.note_unknown(at, OBJECT_FIELDS)?;
-    let place = frame.then(&at.place("pose")?);
+    let pose = frame.then(&at.pose("pose")?);
     let mut shapes = Vec::new();
     for (kind, poses) in [("primitives", "primitive_poses"), ("meshes", "mesh_poses"), ("planes", "plane_poses")] {
         let (found, poses) = (at.list(kind)?, at.list(poses)?);
@@ -72,8 +72,8 @@ pub fn object(at: &At, frame: &Place, objects: &mut Objects) -> Result<Object> {
                 "meshes" => mesh(shape_at)?,
                 _ => plane(shape_at)?,
             };
-            let own = poses.get(index).map_or(Ok(Place::HERE), |pose| pose.as_place())?;
-            shapes.push((shape, place.then(&own)));
+            let own = poses.get(index).map_or(Ok(MessagePose::IDENTITY), |pose| pose.as_pose())?;
+            shapes.push((shape, pose.then(&own)));
         }
     }
     if !at.list("subframe_names")?.is_empty() {

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use super::place::Place;
+use super::message_pose::MessagePose;
 use super::value::At;
 use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
@@ -36,7 +36,7 @@ pub enum Shape {
 #[derive(Debug, Clone)]
 pub struct Object {
     pub name: String,
-    pub shapes: Vec<(Shape, Place)>,
+    pub shapes: Vec<(Shape, MessagePose)>,
 }
 
 /// Collects objects and notes, and converts them to the entries of a scene file.
@@ -107,8 +107,8 @@ impl Objects {
         if !object.shapes.is_empty() {
             self.standing.insert(object.name.clone());
         }
-        for (name, shape, place) in self.told(file, object)? {
-            self.entries.obstacle.push(ObstacleEntry { name, shape, pose: place.entry() });
+        for (name, shape, pose) in self.entries_of(file, object)? {
+            self.entries.obstacle.push(ObstacleEntry { name, shape, pose: pose.entry() });
         }
         Ok(())
     }
@@ -119,15 +119,15 @@ impl Objects {
             let problem = "got a plane, expected a shape that a link can hold";
             return Err(Error::input(file, format!("attached object \"{}\"", object.name), problem));
         }
-        for (name, shape, place) in self.told(file, object)? {
+        for (name, shape, pose) in self.entries_of(file, object)? {
             let (link, touch) = (link.to_string(), touch.to_vec());
-            self.entries.attached.push(AttachedEntry { name, link, shape, pose: place.entry(), touch });
+            self.entries.attached.push(AttachedEntry { name, link, shape, pose: pose.entry(), touch });
         }
         Ok(())
     }
 
     /// Converts an object to one entry for each shape, with unique names; notes what changes.
-    fn told(&mut self, file: &str, object: Object) -> Result<Vec<(String, ShapeEntry, Place)>> {
+    fn entries_of(&mut self, file: &str, object: Object) -> Result<Vec<(String, ShapeEntry, MessagePose)>> {
         let Object { name: object, shapes } = object;
         let element = format!("object \"{}\"", quoted(&object));
         let limits = self.entries.limits.clone();
@@ -151,9 +151,9 @@ impl Objects {
         }
         self.all.push(object.clone());
         self.names.insert(object, names.clone());
-        let entry = |(name, (shape, place)): (String, (Shape, Place))| {
+        let entry = |(name, (shape, pose)): (String, (Shape, MessagePose))| {
             let shape = self.entry(file, &element, shape)?;
-            Ok((name, shape, place))
+            Ok((name, shape, pose))
         };
         names.into_iter().zip(shapes).map(entry).collect()
     }

@@ -6,8 +6,8 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use super::imported::Imported;
+use super::message_pose::MessagePose;
 use super::objects::{Object, Objects, Shape};
-use super::place::Place;
 use super::value::unit;
 use crate::error::{Error, Result};
 use crate::robot::{LoadLimits, formats};
@@ -66,12 +66,12 @@ fn object(words: &mut Words, is_newer: bool, objects: &mut Objects, colours: &mu
     if name.is_empty() {
         return Err(words.fault("", "the name of an object behind *"));
     }
-    let place = if is_newer { words.place()? } else { Place::HERE };
+    let pose = if is_newer { words.pose()? } else { MessagePose::IDENTITY };
     let count = words.count("the number of shapes")?;
     let mut shapes = Vec::new();
     for _ in 0..count {
         let shape = shape(words, &name)?;
-        shapes.push((shape, place.then(&words.place()?)));
+        shapes.push((shape, pose.then(&words.pose()?)));
         let colour = words.numbers::<4>("a colour: r, g, b, a")?;
         *colours |= colour.iter().any(|x| *x != 0.0);
     }
@@ -79,7 +79,7 @@ fn object(words: &mut Words, is_newer: bool, objects: &mut Objects, colours: &mu
         let subframes = words.count("the number of subframes")?;
         for _ in 0..subframes {
             words.word("the name of a subframe")?;
-            words.place()?;
+            words.pose()?;
         }
         if subframes > 0 {
             objects.note(format!("object \"{name}\": its {subframes} subframes are not taken: a scene has none"));
@@ -174,12 +174,12 @@ impl<'a> Words<'a> {
     }
 
     /// Reads a position, then a quaternion x, y, z, w.
-    fn place(&mut self) -> Result<Place> {
+    fn pose(&mut self) -> Result<MessagePose> {
         let xyz = self.numbers("a position x, y, z [m]")?;
         let quaternion = self.numbers("a quaternion x, y, z, w")?;
         let unit = unit(quaternion)
             .ok_or_else(|| self.fault(&format!("{quaternion:?}"), "a quaternion x, y, z, w of length 1"))?;
-        Ok(Place { xyz, quaternion: unit })
+        Ok(MessagePose { xyz, quaternion: unit })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::place::Place;
+use super::message_pose::MessagePose;
 use crate::error::{Error, Result, quoted};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::file::pose_entry::QUATERNION_TOLERANCE;
@@ -150,12 +150,12 @@ impl<'a> At<'a> {
     }
 
     /// Reads a `geometry_msgs/Pose` from a field; the identity if the field is missing.
-    pub fn place(&self, key: &str) -> Result<Place> {
-        self.get(key)?.map_or(Ok(Place::HERE), |pose| pose.as_place())
+    pub fn pose(&self, key: &str) -> Result<MessagePose> {
+        self.get(key)?.map_or(Ok(MessagePose::IDENTITY), |pose| pose.as_pose())
     }
 
     /// Reads this value as a `geometry_msgs/Pose` or a `Transform`.
-    pub fn as_place(&self) -> Result<Place> {
+    pub fn as_pose(&self) -> Result<MessagePose> {
         let first = |keys: [&str; 2]| -> Result<Option<Self>> {
             Ok(match self.get(keys[0])? {
                 Some(at) => Some(at),
@@ -163,14 +163,16 @@ impl<'a> At<'a> {
             })
         };
         let xyz = first(["position", "translation"])?.map_or(Ok([0.0; 3]), |at| at.numbers(["x", "y", "z"]))?;
-        let Some(at) = first(["orientation", "rotation"])? else { return Ok(Place { xyz, ..Place::HERE }) };
+        let Some(at) = first(["orientation", "rotation"])? else {
+            return Ok(MessagePose { xyz, ..MessagePose::IDENTITY });
+        };
         let quaternion = at.numbers(["x", "y", "z", "w"])?;
         if quaternion == [0.0; 4] {
             // Unset quaternions are zeros; MoveIt takes them for no rotation.
-            return Ok(Place { xyz, ..Place::HERE });
+            return Ok(MessagePose { xyz, ..MessagePose::IDENTITY });
         }
         let quaternion = unit(quaternion).ok_or_else(|| at.fault("a quaternion of length 1"))?;
-        Ok(Place { xyz, quaternion })
+        Ok(MessagePose { xyz, quaternion })
     }
 }
 

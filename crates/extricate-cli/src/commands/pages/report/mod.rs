@@ -28,7 +28,7 @@ pub struct ReportArgs {
     /// Page to write; an existing one is replaced
     #[arg(short, long, value_name = "FILE.html", default_value = "extricate-report.html")]
     output: PathBuf,
-    /// Random configurations in collision to ask, each several times
+    /// Number of random colliding configurations to query, each with several budgets
     #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 200, value_parser = positive, allow_negative_numbers = true)]
     count: usize,
     /// Seed of the random configurations

@@ -43,52 +43,52 @@ pub struct ViewArgs {
     /// Scene file (TOML), URDF or model file
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
-    /// A configuration to show, its coordinates between commas. May be given several times
+    /// A configuration to show: its coordinates, separated by commas. The option may be repeated
     #[arg(long, value_name = "Q", allow_hyphen_values = true, group = "configurations")]
     q: Vec<String>,
-    /// Configurations to show, one a line, in every spelling that `query` takes; `-` reads standard
-    /// input
+    /// File of configurations to show, one per line, in any form that `query` accepts; `-` reads
+    /// standard input
     #[arg(long, value_name = "FILE", group = "configurations")]
     input: Option<PathBuf>,
-    /// Where none are given: show this many random ones in collision
+    /// Show this many random colliding configurations if none are given
     #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 5, value_parser = positive, allow_negative_numbers = true)]
     count: usize,
-    /// Seed of the random ones
+    /// Seed of the random configurations
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Show these answers, lines of `query --json` or `grasp --json` for the same configurations,
-    /// in place of new ones
+    /// Show the answers in this file instead of computing them: lines of `query --json` or `grasp
+    /// --json` for the same configurations
     #[arg(long, value_name = "FILE", requires = "configurations", conflicts_with_all = ["exits", "effort"])]
     answers: Option<PathBuf>,
-    /// The configurations are frames of a motion, which the page plays. They are answered as
+    /// Treat the configurations as frames of a motion, which the page plays. They are answered as
     /// `query --stream` does
     #[arg(long, requires = "input", conflicts_with_all = ["q", "exits"])]
     stream: bool,
-    /// Show paths in place of configurations, one a line: an array of waypoints, {"path": [...]} or
-    /// a JointTrajectory. The exact checker says what is free
+    /// Show the paths in this file instead of configurations, one per line: an array of waypoints,
+    /// {"path": [...]} or a JointTrajectory. The exact checker determines which parts are free
     #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort", "live"])]
     paths: Option<PathBuf>,
-    /// How hard to try, as for `query`
+    /// How hard to search, as for `query`
     #[arg(long, value_parser = effort(), default_value_t = Effort::Refined)]
     effort: Effort,
-    /// Show up to K distinct exits, at most 9; by default 3, or 1 with an effort that finds one
+    /// Show up to K distinct exits, at most 9; by default 3, or 1 with an effort that finds only
+    /// one
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true)]
     exits: Option<usize>,
-    /// Show another world, as for `query`
+    /// Show the scene in this world, as for `query`
     #[arg(long, visible_alias = "scene", value_name = "WORLD")]
     world: Option<PathBuf>,
     /// Page to write; an existing one is replaced
     #[arg(short, long, value_name = "FILE.html", default_value = "extricate-view.html")]
     output: PathBuf,
-    /// Write no file: give the page to browsers of this computer, until Ctrl-C. Without a port one
-    /// is chosen
+    /// Write no file; serve the page to browsers on this computer until Ctrl-C. Without PORT, a
+    /// free port is chosen
     #[arg(long, value_name = "PORT", value_parser = port, num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
     serve: Option<u16>,
-    /// Put the library into the page, so that joints and obstacles can be dragged and the answer
-    /// follows
+    /// Put the library into the page: you can drag joints and obstacles, and the answer follows
     #[arg(long, conflicts_with = "answers")]
     live: bool,
-    /// With --live: the library as WebAssembly, in place of the one that was built in
+    /// With --live: file of the library as WebAssembly, instead of the built-in one
     #[arg(long, value_name = "FILE.wasm", requires = "live")]
     wasm: Option<PathBuf>,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::block::Block;
 use super::boxes::{Boxes, Cuboid};
-use super::tree::{Bvh, Group, Node, Ref, TreeLayout};
+use super::triangle_tree::{Bvh, Group, Node, Ref, TreeLayout};
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::math::{LANES, Vec3};
 

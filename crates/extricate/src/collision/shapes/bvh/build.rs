@@ -1,6 +1,6 @@
 //! Sorts triangles into a tree by the surface-area heuristic, eight children at a time.
 
-use super::tree::{Bvh, TreeLayout};
+use super::triangle_tree::{Bvh, TreeLayout};
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::math::{LANES, Vec3};
 

@@ -5,13 +5,13 @@ mod assemble;
 mod block;
 mod boxes;
 mod build;
-mod tree;
+mod triangle_tree;
 
 pub use crate::math::simd::lanes_of;
 pub use block::Probe;
 pub use boxes::{Boxes, Cuboid, Lanes, Seen, View, below, rounded_up, rounding_at};
 pub use build::build;
-pub use tree::{Bvh, Nearest, Ref, TreeLayout, push_sorted};
+pub use triangle_tree::{Bvh, Nearest, Ref, TreeLayout, push_sorted};
 
 #[cfg(test)]
 mod tests;

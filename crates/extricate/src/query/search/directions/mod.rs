@@ -7,12 +7,12 @@
 //! the displacement has to lie in both half-spaces. Displacements are visited shortest first, up to
 //! a multiple of the nearest depth; a descent starts from each.
 
-mod choices;
-pub mod tree;
+pub mod displacement_tree;
+mod pair_directions;
 
 use super::Search;
 use crate::query::descent::Start;
-use tree::{Directions, Node};
+use displacement_tree::{Directions, Node};
 
 /// A displacement repeats a visited one if they differ by less than this share of its length. With
 /// 0.1, queries find the same for 4 % more checks.

@@ -5,7 +5,7 @@
 //! configuration.
 
 mod bodies;
-mod tree;
+mod kinematic_tree;
 mod values;
 
 use crate::error::{self, Error};
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// Names the element, its value and what was expected.
 pub fn check(scene: &Scene) -> Result<(), String> {
     scene.space.check()?;
-    tree::check(scene)?;
+    kinematic_tree::check(scene)?;
     bodies::check(scene)
 }
 

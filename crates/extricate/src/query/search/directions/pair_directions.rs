@@ -8,18 +8,18 @@ use crate::scene::Scene;
 
 /// Directions that a pair may choose.
 #[derive(Default)]
-pub struct Choices {
+pub struct PairDirections {
     /// Least displacement of the pair over all choices \[metric units\].
     pub least: f64,
-    /// All choices; shortest first after [`Choices::sort`].
-    pub all: Vec<Choice>,
+    /// All choices; shortest first after [`PairDirections::sort`].
+    pub all: Vec<PairDirection>,
     /// Constraint of each choice on displacements, row major.
     rows: Vec<f64>,
     lifted: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
-pub struct Choice {
+pub struct PairDirection {
     /// Least displacement of the pair for this direction \[metric units\].
     length: f64,
     /// Overlap of the two along it, including the clearance \[m\].
@@ -41,7 +41,7 @@ pub struct Measure<'a> {
     pub distance: f64,
 }
 
-impl Choices {
+impl PairDirections {
     pub fn clear(&mut self) {
         self.least = 0.0;
         self.all.clear();
@@ -61,7 +61,7 @@ impl Choices {
             if length <= floor {
                 return self.clear();
             }
-            self.all.push(Choice { length, overlap, row: self.rows.len() / nv - 1 });
+            self.all.push(PairDirection { length, overlap, row: self.rows.len() / nv - 1 });
             least = least.min(length);
         }
         self.least = least;

@@ -10,12 +10,12 @@ use crate::robot::TriangleMesh;
 use crate::robot::formats::xml::{child, numbers, numbers_or, own_attribute, required};
 
 /// The link or joint that messages point to.
-pub struct Place<'a> {
+pub struct ElementReader<'a> {
     pub file: &'a str,
     pub element: String,
 }
 
-impl Place<'_> {
+impl ElementReader<'_> {
     pub fn error(&self, problem: impl Into<String>) -> Error {
         Error::input(self.file, &self.element, problem)
     }
@@ -30,7 +30,7 @@ impl Place<'_> {
         numbers(self.file, &self.element, name, self.required(node, name)?)
     }
 
-    /// As [`Place::numbers`], but `default` if the attribute is missing.
+    /// As [`ElementReader::numbers`], but `default` if the attribute is missing.
     pub fn numbers_or<const N: usize>(&self, node: Option<Node>, name: &str, default: [f64; N]) -> Result<[f64; N]> {
         numbers_or(self.file, &self.element, node, name, default)
     }

@@ -1,6 +1,6 @@
 //! Tree of displacements along which colliding bodies part. It starts no descents.
 
-use super::choices::{Choices, Measure};
+use super::pair_directions::{Measure, PairDirections};
 use crate::collision::CheckScratch;
 use crate::cspace::Manifold;
 use crate::kinematics::{Twists, forward};
@@ -42,9 +42,9 @@ pub struct Directions {
     /// Bounds of displacements, by the joint limits.
     pub low: Vec<f64>,
     high: Vec<f64>,
-    /// Choices of the pair that is measured, and of the one that has to move farthest.
-    measured: Choices,
-    farthest: Choices,
+    /// PairDirections of the pair that is measured, and of the one that has to move farthest.
+    measured: PairDirections,
+    farthest: PairDirections,
     qp: Qp,
     zeros: Vec<f64>,
     /// The displaced query; `colliding` are the pairs that collide there.
