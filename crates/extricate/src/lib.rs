@@ -46,6 +46,7 @@ pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, Rel
 pub use applications::motion::{
     Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
 };
+pub use applications::stream::{Stream, StreamOptions};
 pub use collision::{CheckScratch, Checker, Contact, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
@@ -56,14 +57,13 @@ pub use model::evaluate::figures::{Density, Excess};
 pub use model::{EndedBy, Model, Statistics};
 pub use query::answer::TOUCHING;
 pub use query::options::{OptionEntry, QUERY_OPTIONS};
-pub use query::stream::StreamOptions;
 pub use query::{
     Answer, AnswerRecord, ContactRecord, Effort, Exit, ExitRecord, QueryOptions, Stop, StraightSegment, Termination,
     Toward, Unproved,
 };
 pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};
-pub use solver::{Answered, Sampler, Solver, Stream};
+pub use solver::{Answered, Sampler, Solver};
 
 /// Shapes and poses of bodies, for scenes that are changed in code.
 pub mod geometry {

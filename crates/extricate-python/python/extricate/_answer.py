@@ -79,6 +79,7 @@ class Answer:
         bodies touch at any configuration nearer to the witness than this. Joint limits do not matter.
     nearest: depth of the nearest exit found, if the witness is the proxy of a continuous stream, which may be farther; 0 if the
         query is free. Else None.
+    detour: whether that proxy goes back to the nearest exit along a path that was proved free.
     checks: number of collision and distance evaluations spent.
     effort: "nearest", "quick", "refined", "exhaustive" or "proved".
     """
@@ -103,6 +104,7 @@ class Answer:
     segment: Optional[Tuple[float, float]]
     free_radius: Optional[float]
     nearest: Optional[float]
+    detour: bool
     checks: int
     effort: str
 

@@ -24,7 +24,7 @@ pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<
         let witness = PyArray1::from_slice(py, exit.witness);
         EXIT.import(py, PYTHON_MODULE, "Exit")?.call1((exit.depth, witness, pairs(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 22] = [
+    let fields: [Bound<'_, PyAny>; 23] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
@@ -45,6 +45,7 @@ pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<
         answer.segment.map(|segment| (segment.colliding_until, segment.free_from)).into_pyobject(py)?.into_any(),
         answer.free_radius.into_pyobject(py)?.into_any(),
         answer.nearest.into_pyobject(py)?.into_any(),
+        answer.detour.into_pyobject(py)?.to_owned().into_any(),
         answer.checks.into_pyobject(py)?.into_any(),
         answer.effort.name().into_pyobject(py)?.into_any(),
     ];

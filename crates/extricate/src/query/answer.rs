@@ -48,6 +48,9 @@ pub struct Answer {
     /// Depth of the nearest exit found, if the witness is the proxy of a continuous stream, which
     /// may be farther; 0 if the query is free.
     pub nearest: Option<f64>,
+    /// Whether the witness is the proxy of a continuous stream that goes back to the nearest exit
+    /// along a path that was proved free.
+    pub detour: bool,
     /// Clearance \[m\] that the witness keeps, for pairs without one of their own: the clearance
     /// that the query aims at, or less, but at least the scene's
     /// ([`super::QueryOptions::clearance`]). Depth, bound and exits are those of a scene with this
@@ -155,6 +158,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         effort,
         checks: 1,
         nearest: None,
+        detour: false,
         max_displacement: 0.0,
         colliding: Vec::new(),
         outside: Vec::new(),

@@ -29,7 +29,7 @@ pub(crate) mod exits;
 mod groups;
 pub mod inner_balls;
 mod local_metric;
-mod nearest_exit;
+pub(crate) mod nearest_exit;
 pub mod options;
 pub(crate) mod plan;
 pub mod prepared;
@@ -38,7 +38,6 @@ mod read_record;
 mod record;
 pub mod report;
 pub(crate) mod search;
-pub mod stream;
 pub(crate) mod termination;
 
 pub use answer::{Answer, Exit, StraightSegment, Unproved};

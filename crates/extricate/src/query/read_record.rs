@@ -31,6 +31,8 @@ struct Record {
     unseen: Option<f64>,
     #[serde(default)]
     nearest: Option<f64>,
+    #[serde(default)]
+    detour: bool,
     clearance: f64,
     verified: bool,
     effort: String,
@@ -157,6 +159,7 @@ impl<'a> Reader<'a> {
             touching: self.pairs(&record.touching)?,
             unseen: record.unseen,
             nearest: record.nearest,
+            detour: record.detour,
             clearance: record.clearance,
             verified: record.verified,
             contacts: record.contacts.iter().map(|contact| self.contact(contact)).collect::<Result<_>>()?,

@@ -41,6 +41,9 @@ pub struct AnswerRecord<'a> {
     /// Depth of the nearest exit if the witness is a proxy, see [`Answer::nearest`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nearest: Option<f64>,
+    /// Whether a proxy goes back to the nearest exit, see [`Answer::detour`].
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub detour: bool,
     /// Clearance that the witness keeps \[m\], see [`Answer::clearance`].
     pub clearance: f64,
     /// Whether the witness was checked in this query, see [`Answer::verified`].
@@ -123,6 +126,7 @@ impl Answer {
             touching: named(&self.touching),
             unseen: self.unseen,
             nearest: self.nearest,
+            detour: self.detour,
             clearance: self.clearance,
             verified: self.verified,
             effort: self.effort,
@@ -155,6 +159,7 @@ mod tests {
         let solver = Solver::new(builtin::scene("planar-arm").unwrap()).options(options).unwrap();
         let mut answer = solver.query(&solver.scene().config(&[0.4, 0.0, 0.0]).unwrap()).unwrap();
         answer.nearest = Some(0.1);
+        answer.detour = true;
         let record = serde_json::to_value(answer.record(solver.scene())).unwrap();
         let own = serde_json::to_value(&answer).unwrap();
         assert_eq!(keys(&record), keys(&own));

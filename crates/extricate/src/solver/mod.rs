@@ -6,7 +6,6 @@ mod memory;
 mod preparing;
 mod sampling;
 mod shared;
-mod stream;
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -20,7 +19,6 @@ use crate::error::{Error, Result};
 use crate::metric::Metric;
 use crate::model::Model;
 use crate::query::prepared::Prepared;
-use crate::query::stream::StreamOptions;
 use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, nearest_exit_under, query};
 use crate::scene::Scene;
 pub use batch::Answered;
@@ -28,7 +26,6 @@ use batch::in_blocks;
 pub(crate) use memory::Memory;
 pub use sampling::Sampler;
 use shared::{Learned, Shared};
-pub use stream::Stream;
 
 /// The handle on a scene: it finds nearest free configurations, checks, and finds motions.
 ///
@@ -292,15 +289,6 @@ impl Solver {
         in_blocks(&mut queries.into_iter(), threads, self.memory(), &ask, each)
     }
 
-    /// Opens a stream of queries that follow each other closely, with the options of this solver.
-    ///
-    /// # Errors
-    /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
-    pub fn stream(&self, options: StreamOptions) -> Result<Stream> {
-        options.check()?;
-        Ok(Stream::new(self.clone(), options))
-    }
-
     /// Queries configurations spread over the whole space for about as long as `duration`, so that
     /// the first query that counts takes as long as later ones. The first hundred queries of a
     /// program take up to twice as long; 30 ms of warming up are enough.
@@ -340,7 +328,7 @@ mod tests {
     #[test]
     fn public_types_can_be_printed() {
         fn printed<T: fmt::Debug>() {}
-        printed::<(Solver, Stream, Sampler, Model, Checker, Metric, crate::CheckScratch)>();
+        printed::<(Solver, crate::Stream, Sampler, Model, Checker, Metric, crate::CheckScratch)>();
         printed::<(crate::Hand, crate::Roadmap, crate::files::OutputLock, crate::files::GrowingFile)>();
         let told = format!("{:?}", Solver::new(scene()));
         assert!(told.starts_with("Solver { bodies: "), "{told}");
@@ -413,7 +401,7 @@ mod tests {
         }
         let refused = solver.clone().options(QueryOptions::default().locked(vec![3])).unwrap_err().to_string();
         assert!(refused.contains("locked: got 3, expected indices below the 3 joints"), "{refused}");
-        let mut stream = solver.stream(StreamOptions::default()).unwrap();
+        let mut stream = solver.stream(crate::StreamOptions::default()).unwrap();
         let hand = Solver::new(hand());
         let q = hand.scene().config(&[0.0; 5]).unwrap();
         assert!(stream.query_in(&hand, &q).unwrap_err().to_string().contains("other joints"));

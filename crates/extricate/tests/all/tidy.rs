@@ -114,24 +114,6 @@ const QUERY_MODULES: &[(&str, &[&str])] = &[
             "termination",
         ],
     ),
-    (
-        "stream",
-        &[
-            "answer",
-            "constraints",
-            "context",
-            "descent",
-            "evaluate",
-            "exits",
-            "nearest_exit",
-            "options",
-            "plan",
-            "qp",
-            "report",
-            "search",
-            "termination",
-        ],
-    ),
 ];
 /// The facade may name every module.
 const FACADE: &str = "lib";

@@ -47,7 +47,7 @@ pub struct PlanArgs {
     /// this distance is not found
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-4")]
     resolution: f64,
-    /// Depth in metres by which a pair that collides at an end may get deeper on the way out
+    /// Depth in metres by which a pair that collides at an end may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
     /// Keep the path as it was found, with points that are not needed

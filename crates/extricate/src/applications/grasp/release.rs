@@ -215,8 +215,8 @@ impl<'a> Release<'a> {
         self.hand.links.iter().zip(links).filter(|(_, is_one)| **is_one).map(|(link, _)| link.pair).collect()
     }
 
-    /// Carries out step 3 while the pairs `touching` may not part. A stage has an anchor of its own to
-    /// descend toward, and coordinates that stay.
+    /// Carries out step 3 while the pairs `touching` may not part. A stage has an anchor of its own
+    /// to descend toward, and coordinates that stay.
     fn slide(&mut self, from: &[f64], touching: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
         let most = self.context.clearance + HELD_GAP_SHARE * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));

@@ -13,11 +13,11 @@ pub mod escape;
 mod nodes;
 pub mod path;
 pub mod plan;
-mod prover;
+pub(super) mod prover;
 pub mod repair;
 pub mod roadmap;
-mod rrt_connect;
-mod shortcut;
+pub(super) mod rrt_connect;
+pub(super) mod shortcut;
 mod slide;
 #[cfg(test)]
 mod testing;

@@ -186,8 +186,8 @@ impl<'a> Tree<'a> {
     }
 
     /// Replaces some factors of a drawn configuration by those of the node nearest to it. A tree
-    /// then grows from there in the other factors alone: a chain that is held along its length moves
-    /// its end.
+    /// then grows from there in the other factors alone: a chain that is held along its length
+    /// moves its end.
     fn keep_some(&self, space: &ConfigSpace, target: &mut [f64], rng: &mut ChaCha8Rng) {
         let node = self.nodes.config(self.node_near(target, 1));
         let factors = space.factors();

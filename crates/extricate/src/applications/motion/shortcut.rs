@@ -83,7 +83,8 @@ fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &m
     }
     let [before, after] = [&points[first], &points[last + 1]];
     let is_proved = between.windows(2).all(|edge| prover.proves(&edge[0], &edge[1]))
-        // Parts of proved edges may be bisected at other places, so that they need proofs of their own.
+        // Parts of proved edges may be bisected at other places, so that they need proofs of their
+        // own.
         && prover.proves(before, &between[0])
         && prover.proves(&between[between.len() - 1], after);
     if is_proved {

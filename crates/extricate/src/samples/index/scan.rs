@@ -241,8 +241,8 @@ pub struct ListDistances {
     pub squared: Vec<[f32; LANES]>,
 }
 
-/// Fills `distances` with the squared distances from the query to all points of a list, and returns by
-/// how much rounding may have changed their roots. Skipping blocks by balls around them took
+/// Fills `distances` with the squared distances from the query to all points of a list, and returns
+/// by how much rounding may have changed their roots. Skipping blocks by balls around them took
 /// longer, in branches that the processor cannot predict.
 #[inline(always)]
 pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], distances: &mut ListDistances) -> f64 {

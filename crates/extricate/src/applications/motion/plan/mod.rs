@@ -45,15 +45,15 @@ impl Solver {
     /// led out of collision first, as [`Solver::escape`] does, toward the other end.
     ///
     /// # Guarantee
-    /// Every configuration of the path from [`Plan::free_from`] to [`Plan::free_to`] is proved free.
-    /// The parts before and after are escapes: no pair gets deeper than it is at the end of the
-    /// path, by more than the tolerance. If no path is found, [`Plan::points`] is empty, which
-    /// proves nothing. The same solver, ends and options give the same path whatever the
-    /// number of threads, unless a limit in seconds ends it.
+    /// Every configuration of the path from [`Plan::free_from`] to [`Plan::free_to`] is proved
+    /// free. The parts before and after are escapes: no pair gets deeper than it is at the end of
+    /// the path, by more than the tolerance. If no path is found, [`Plan::points`] is empty, which
+    /// proves nothing. The same solver, ends and options give the same path whatever the number of
+    /// threads, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Config`] if an end lies beyond a limit, named `from` or `to`; [`Error::Option`] for an
-    /// option that makes no sense.
+    /// [`Error::Config`] if an end lies beyond a limit, named `from` or `to`; [`Error::Option`] for
+    /// an option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
         self.plan_in(&mut roadmap, false, [from, to], options)

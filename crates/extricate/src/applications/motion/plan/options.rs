@@ -15,7 +15,7 @@ pub struct PlanOptions {
     /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`]. Edges
     /// that pass a body at less than about this distance are not found.
     pub resolution: f64,
-    /// Depth \[m\] by which a pair that collides at an end may get deeper on the way out, see
+    /// Depth \[m\] by which a pair that collides at an end may get deeper on the path, see
     /// [`crate::EscapeOptions::tolerance`].
     pub tolerance: f64,
     /// Whether to remove points that are not needed.

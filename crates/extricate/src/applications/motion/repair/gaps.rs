@@ -18,7 +18,8 @@ const MAX_EDGE_SHARE: f64 = 0.1;
 /// Share of samples that are pushed points between two gaps, if there are any.
 const PUSHED_SAMPLE_SHARE: f64 = 0.25;
 
-/// PushedStretch points: those that proved edges join to the first, those joined to the last, and others.
+/// PushedStretch points: those that proved edges join to the first, those joined to the last, and
+/// others.
 struct Parts<'a> {
     first: &'a [Point],
     between: &'a [Point],

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use super::old_path::{OldPath, Point};
 use super::options::RepairOptions;
 use crate::applications::motion::prover::Prover;
+use crate::applications::stream::{Follower, StreamOptions};
 use crate::cspace::Config;
-use crate::query::stream::{Follower, StreamOptions};
 use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Termination};
 
 /// Share by which another exit has to be nearer for the stream to leave the last one: a path that

@@ -1,23 +1,19 @@
 //! Queries that follow each other closely, as those of a simulation or a haptic device.
 
-mod proxy;
-
-use super::answer::{Answer, TOUCHING};
-use super::constraints::{push_nearby, under};
-use super::context::Context;
-use super::evaluate::Evaluator;
-use super::exits::are_alike;
-use super::nearest_exit::find;
-use super::options::{Effort, QueryOptions};
-use super::plan::Plan;
-use super::report::report;
-use super::search::scratch::QueryScratch;
-use super::search::{Hint, Search, Turn};
-use super::termination::Termination;
+use super::detour::Detour;
+use super::proxy::{DEFAULT_MARGIN_M, Proxy};
 use crate::cspace::{Config, Label};
 use crate::error::{Error, Result};
 use crate::interface::setters;
-use proxy::{DEFAULT_MARGIN_M, Proxy};
+use crate::query::answer::TOUCHING;
+use crate::query::constraints::{push_nearby, under};
+use crate::query::evaluate::Evaluator;
+use crate::query::exits::are_alike;
+use crate::query::nearest_exit::find;
+use crate::query::plan::Plan;
+use crate::query::report::report;
+use crate::query::search::{Hint, Search, Turn};
+use crate::query::{Answer, Context, Effort, QueryOptions, QueryScratch, Termination};
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +77,7 @@ pub struct Follower {
     scratch: QueryScratch,
     last: Last,
     proxy: Proxy,
+    detour: Detour,
 }
 
 /// Results of a frame that the next one uses.
@@ -118,6 +115,7 @@ impl Follower {
         self.last.exit.clear();
         self.last.next = 0;
         self.proxy.config.clear();
+        self.detour.restart();
     }
 
     /// Limits the budget of each of the next frames.
@@ -166,7 +164,7 @@ impl Follower {
         let aim =
             options.clearance.unwrap_or(context.clearance + DEFAULT_MARGIN_M).max(context.clearance + MIN_MARGIN_M);
         let asked = QueryOptions { clearance: None, ..options.clone() };
-        let Self { options: own, scratch, last, proxy, .. } = self;
+        let Self { options: own, scratch, last, proxy, detour, .. } = self;
         under(context, q, &asked, scratch, |context, options, hint, scratch| {
             let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             last.keep(&answer);
@@ -174,12 +172,30 @@ impl Follower {
             context.metric.anchor(q, &mut scratch.known.anchor);
             // In this frame's scene something may have moved onto the proxy.
             if proxy.config.is_empty() || scratch.label(context, &proxy.config) != Label::Free {
-                seat(proxy, context, aim, &answer.witness, scratch);
+                proxy.config = kept_nearby(context, aim, &answer.witness, scratch);
+                detour.restart();
             }
+            let exit = answer.witness.to_vec();
             let QueryScratch { evaluator, known, .. } = scratch;
-            let clearance = proxy.follow(context, aim, &known.anchor, evaluator);
+            let clearance = match detour.next(context, &proxy.config) {
+                Some(target) if proxy.goes_straight(context, aim, &target, evaluator) => {
+                    detour.pass(&proxy.config);
+                    aim
+                }
+                _ => {
+                    detour.drop_path();
+                    proxy.follow(context, aim, &known.anchor, evaluator)
+                }
+            };
             answer.witness.set(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
+            if detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0)) && !evaluator.is_spent() {
+                let goal = kept_nearby(context, aim, &exit, scratch);
+                let resolution = 0.5 * (aim - context.clearance);
+                detour.search(context, [&proxy.config, &goal], resolution, &mut scratch.evaluator);
+            }
+            answer.detour = detour.is_walked();
+            let QueryScratch { evaluator, known, .. } = scratch;
             answer.verified = evaluator.label(context, &answer.witness) == Label::Free;
             if answer.is_free() && answer.depth > 0.0 {
                 let metric = &mut evaluator.metric;
@@ -249,14 +265,13 @@ fn keep_to_last(
     }
 }
 
-/// Places the proxy near the exit, where it keeps the clearance that it aims at, or as much of it
-/// as possible. A move that begins on a contact cannot be proved.
-fn seat(proxy: &mut Proxy, context: &Context, aim: f64, exit: &[f64], scratch: &mut QueryScratch) {
+/// Returns a configuration near the exit that keeps the clearance `aim` \[m\], or as much of it as
+/// possible. A move that begins or ends on a contact cannot be proved.
+fn kept_nearby(context: &Context, aim: f64, exit: &[f64], scratch: &mut QueryScratch) -> Vec<f64> {
     let anchor = std::mem::take(&mut scratch.known.anchor);
     let pushed = push_nearby(context, &anchor, exit, (aim, false), scratch);
     scratch.known.anchor = anchor;
-    proxy.config.clear();
-    proxy.config.extend_from_slice(pushed.as_ref().map_or(exit, |(_, config)| config));
+    pushed.map_or_else(|| exit.to_vec(), |(_, config)| config)
 }
 
 /// Returns the clearance that a free witness keeps, at most `aim` \[m\].

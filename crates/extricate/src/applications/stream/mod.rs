@@ -1,12 +1,29 @@
 //! Streams of queries that follow each other closely, as from a simulation or a haptic device.
 
+mod detour;
+mod follower;
+mod proxy;
+
 use std::fmt;
 
-use super::Solver;
+pub use follower::{Follower, StreamOptions};
+
 use crate::cspace::Config;
 use crate::error::{Error, Result};
 use crate::query::Answer;
-use crate::query::stream::{Follower, StreamOptions};
+use crate::solver::Solver;
+
+impl Solver {
+    /// Opens a stream of queries that follow each other closely, with the options of this solver.
+    ///
+    /// # Errors
+    /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
+    pub fn stream(&self, options: StreamOptions) -> Result<Stream> {
+        options.check()?;
+        let follower = Follower::new(options, self.query_options().clone());
+        Ok(Stream { solver: self.clone(), follower })
+    }
+}
 
 /// Answers the frames of one motion, each search starting from the answer before. It has a memory:
 /// its answers depend on the frames before.
@@ -28,11 +45,6 @@ pub struct Stream {
 }
 
 impl Stream {
-    pub(super) fn new(solver: Solver, options: StreamOptions) -> Self {
-        let follower = Follower::new(options, solver.options.clone());
-        Self { solver, follower }
-    }
-
     /// Answers the next frame; returns `None` as [`Solver::query`] does.
     ///
     /// # Guarantee

@@ -68,6 +68,16 @@ impl Proxy {
         clearance
     }
 
+    /// Moves straight to `target` if all the way is proved free; returns whether it did.
+    pub fn goes_straight(&mut self, context: &Context, aim: f64, target: &[f64], evaluator: &mut Evaluator) -> bool {
+        let aimed = Context { clearance: aim, ..*context };
+        let is_proved = proved(context, &aimed, (&self.config, target), evaluator) >= 1.0;
+        if is_proved {
+            self.config.copy_from_slice(target);
+        }
+        is_proved
+    }
+
     fn go_toward(&mut self, context: &Context, aimed: &Context, anchor: &Anchor, evaluator: &mut Evaluator) {
         let start = self.config.clone();
         if evaluator.label(aimed, &anchor.q) == Label::Free
@@ -160,11 +170,11 @@ fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), eval
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Follower, StreamOptions};
     use super::*;
     use crate::collision::CheckScratch;
     use crate::query::QueryOptions;
     use crate::query::prepared::Prepared;
-    use crate::query::stream::{Follower, StreamOptions};
     use crate::scene::builtin;
     use rand::{RngExt, SeedableRng};
 
