@@ -163,6 +163,8 @@ class _Calls:
         *,
         aim: Optional[float] = None,
         max_deviation: Optional[float] = None,
+        frames: bool = False,
+        max_step: Optional[float] = None,
         resolution: float = 1e-4,
         seed: int = 0,
         max_checks: Optional[int] = 100_000,

@@ -164,24 +164,17 @@ fn posture(open: &Bound<'_, PyAny>, scene: &extricate::Scene) -> PyResult<Vec<f6
     found.map(Vec::from).map_err(|error| bad_row("open", 0, true, error))
 }
 
-/// Returns a solver without a model, with the weights of the hand, the scene or the caller.
+/// Returns a prepared solver without a model, with the weights of the hand, the scene or the
+/// caller.
 fn weighted(py: Python<'_>, weights: Option<&Bound<'_, PyAny>>, handle: &Handle) -> PyResult<extricate::Solver> {
-    handle.ready(py)?;
-    let solver = handle.solver().without_model();
-    let Some(given) = weights else {
-        return Ok(match Hand::weighted(handle.scene()) {
-            Some(scene) => solver.with_scene(scene).map_err(exception)?,
-            None => solver,
-        });
-    };
+    let Some(given) = weights else { return handle.for_hands(py) };
     if given.extract::<String>().is_ok_and(|word| word == "scene") {
-        return Ok(solver);
+        return Ok(handle.ready(py)?.without_model());
     }
     let weights = given
         .cast::<PyMapping>()
         .map_err(|_| PyTypeError::new_err("weights: expected weights by name of a joint, \"scene\" or None"))?;
-    let weights = weights_of(weights)?;
-    solver.weighted(weights.iter().map(|(name, weights)| (name.as_str(), *weights))).map_err(exception)
+    Ok(handle.with_weights(py, &weights_of(weights)?)?.without_model())
 }
 
 /// Converts a grasp to the Python class `Grasp`.

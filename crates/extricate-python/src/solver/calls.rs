@@ -217,7 +217,7 @@ macro_rules! calls {
             /// roadmap: a `Roadmap` of earlier calls, which this one adds to.
             /// resolution: how finely edges are proved [m].
             /// tolerance: depth [m] by which a pair that collides at an end may get deeper on the
-            ///     way out.
+            ///     path.
             /// shortcut: whether to remove points that are not needed.
             /// seed: seed of all random numbers.
             /// threads: threads that grow the roadmap, 0 for one per core; the path is the same.
@@ -254,6 +254,10 @@ macro_rules! calls {
             ///     body.
             /// max_deviation: largest distance, in the scene's metric, of the new path from the old
             ///     one, and from the new one of rows that it cuts off; None for no limit.
+            /// frames: whether the rows are frames of a motion. The result then has one row for
+            ///     each, at the same time, 0.5 mm off what it touches unless `aim` says otherwise.
+            /// max_step: with frames, the longest step from row to row, in the scene's metric. The
+            ///     result lags behind longer steps. None for no limit.
             /// resolution: how finely edges are proved [m].
             /// seed: seed of all random numbers.
             /// max_checks, max_seconds: limits at which to give up.
@@ -261,18 +265,20 @@ macro_rules! calls {
             /// Returns a `Repaired`; its `points` are None if no path was found.
             ///
             /// Raises ValueError for a wrong shape, rows beyond limits, options that make no sense.
-            #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
+            #[pyo3(signature = (path, *, aim = None, max_deviation = None, frames = false, max_step = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, frames=False, max_step=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
             fn repair<'py>(
                 &self,
                 path: &Bound<'py, PyAny>,
                 aim: Option<f64>,
                 max_deviation: Option<f64>,
+                frames: bool,
+                max_step: Option<f64>,
                 resolution: f64,
                 seed: Seed,
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (aim, max_deviation, resolution, seed.0, max_checks, max_seconds);
+                let keywords = (aim, max_deviation, frames, max_step, resolution, seed.0, max_checks, max_seconds);
                 repair::repair(self.handle(), path, keywords)
             }
 

@@ -1,7 +1,8 @@
 //! The handle through which the calls of `Scene`, `Model` and `Solver` reach the library.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use extricate::Hand;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -22,6 +23,8 @@ pub struct Handle {
 struct Kept {
     /// The last weights that a call gave, and the solver with them.
     weighted: Mutex<Option<(Weights, extricate::Solver)>>,
+    /// The solver with the weights of a hand.
+    of_hand: OnceLock<extricate::Solver>,
     advice: Advice,
 }
 
@@ -73,6 +76,21 @@ impl Handle {
     /// `ValueError` for weights that make no sense; as [`long_call::aside`].
     pub fn with_weights(&self, py: Python<'_>, weights: &Weights) -> PyResult<extricate::Solver> {
         let solver = if weights.is_empty() { self.solver.clone() } else { self.weighted(weights)? };
+        prepare(py, &solver)?;
+        Ok(solver)
+    }
+
+    /// Returns the solver without a model and with the weights of a hand, prepared. It is kept:
+    /// single calls would otherwise measure and prepare the hand each time.
+    ///
+    /// # Errors
+    /// As [`long_call::aside`].
+    pub fn for_hands(&self, py: Python<'_>) -> PyResult<extricate::Solver> {
+        let weighted = || {
+            let solver = self.solver.without_model();
+            Hand::weighted(self.scene()).and_then(|scene| solver.with_scene(scene).ok()).unwrap_or(solver)
+        };
+        let solver = py.detach(|| self.kept.of_hand.get_or_init(weighted).clone());
         prepare(py, &solver)?;
         Ok(solver)
     }

@@ -44,6 +44,14 @@ pub struct RepairArgs {
     /// the new one cuts off, in the scene's metric
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
+    /// Take the lines as frames of a motion: print one configuration for each, at the same time,
+    /// 0.5 mm off what it touches unless --aim says otherwise
+    #[arg(long)]
+    frames: bool,
+    /// With --frames: longest step from frame to frame, in the scene's metric; the result lags
+    /// behind longer steps
+    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
+    max_step: Option<f64>,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
@@ -74,6 +82,7 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     configs.conclude()?;
     let mut options = RepairOptions::default().seed(args.seed);
     (options.aim, options.max_deviation) = (args.aim, args.max_deviation);
+    (options.frames, options.max_step) = (args.frames, args.max_step);
     options.termination = args::termination(Some(args.max_checks), args.max_seconds);
     let rows = Rows::new(&points, scene.space().nq())?;
     let repaired = busy("repairing", || solver.repair(rows, &options))?;

@@ -58,9 +58,10 @@ impl Detour {
     /// Returns where the proxy goes in this frame: toward the next point of the path, by a bounded
     /// move. The caller proves the move, since the scene may have changed, and drops the path if
     /// that fails.
-    pub fn next(&self, context: &Context, from: &[f64]) -> Option<Vec<f64>> {
+    pub fn next(&self, context: &Context, from: &[f64], max_move: Option<f64>) -> Option<Vec<f64>> {
         let to = self.path.last()?;
-        let share = MAX_MOVE_SHARE * context.metric.diameter() / context.metric.distance(from, to);
+        let own = MAX_MOVE_SHARE * context.metric.diameter();
+        let share = max_move.map_or(own, |most| most.min(own)) / context.metric.distance(from, to);
         let mut target = to.clone();
         if share < 1.0 {
             context.checker.scene().space.interpolate(from, to, share, &mut target);

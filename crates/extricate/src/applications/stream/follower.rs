@@ -78,6 +78,8 @@ pub struct Follower {
     last: Last,
     proxy: Proxy,
     detour: Detour,
+    /// Longest move of the proxy in a frame (metric units).
+    max_move: Option<f64>,
 }
 
 /// Results of a frame that the next one uses.
@@ -123,6 +125,11 @@ impl Follower {
         self.query.termination = termination;
     }
 
+    /// Limits how far the proxy moves in each of the next frames (metric units).
+    pub fn limit_moves(&mut self, most: f64) {
+        self.max_move = Some(most);
+    }
+
     /// Returns the number of checks of the last frame.
     pub fn checks(&self) -> usize {
         self.scratch.checks()
@@ -164,7 +171,7 @@ impl Follower {
         let aim =
             options.clearance.unwrap_or(context.clearance + DEFAULT_MARGIN_M).max(context.clearance + MIN_MARGIN_M);
         let asked = QueryOptions { clearance: None, ..options.clone() };
-        let Self { options: own, scratch, last, proxy, detour, .. } = self;
+        let Self { options: own, scratch, last, proxy, detour, max_move, .. } = self;
         under(context, q, &asked, scratch, |context, options, hint, scratch| {
             let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             last.keep(&answer);
@@ -176,8 +183,9 @@ impl Follower {
                 detour.restart();
             }
             let exit = answer.witness.to_vec();
+            let before = proxy.config.clone();
             let QueryScratch { evaluator, known, .. } = scratch;
-            let clearance = match detour.next(context, &proxy.config) {
+            let clearance = match detour.next(context, &proxy.config, *max_move) {
                 Some(target) if proxy.goes_straight(context, aim, &target, evaluator) => {
                     detour.pass(&proxy.config);
                     aim
@@ -187,6 +195,9 @@ impl Follower {
                     proxy.follow(context, aim, &known.anchor, evaluator)
                 }
             };
+            if let Some(most) = *max_move {
+                proxy.move_at_most(context, &before, most, evaluator);
+            }
             answer.witness.set(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
             if detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0)) && !evaluator.is_spent() {

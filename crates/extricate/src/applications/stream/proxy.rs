@@ -78,6 +78,19 @@ impl Proxy {
         is_proved
     }
 
+    /// Shortens the move of a frame that began at `before` and is proved, if it is longer than
+    /// `most` (metric units).
+    pub fn move_at_most(&mut self, context: &Context, before: &[f64], most: f64, evaluator: &mut Evaluator) {
+        let moved = context.metric.distance(before, &self.config);
+        if moved > most {
+            let mut part = vec![0.0; before.len()];
+            context.checker.scene().space.interpolate(before, &self.config, most / moved, &mut part);
+            // Interpolation rounds, and the rounded configuration is not proved.
+            let is_free = evaluator.label(context, &part) == Label::Free;
+            self.config.copy_from_slice(if is_free { &part } else { before });
+        }
+    }
+
     fn go_toward(&mut self, context: &Context, aimed: &Context, anchor: &Anchor, evaluator: &mut Evaluator) {
         let start = self.config.clone();
         if evaluator.label(aimed, &anchor.q) == Label::Free

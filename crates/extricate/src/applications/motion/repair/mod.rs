@@ -1,11 +1,13 @@
 //! Repair: turns a path that collides into one nearby that is proved free.
 //!
 //! Read in this order: `options` (options and result), `old_path` (where the old path is free),
-//! `repairer`, `mod` (the steps), `push`, `gaps`, `pull`.
+//! `repairer`, `mod` (the steps), `push_stretch`, `gaps`, `pull`; `frames` is the other way, for
+//! motions whose rows are frames.
 //!
 //! 1. *Stretches*: prove the old edges free from both ends; replace what is between (`old_path`).
 //! 2. *Push*: bring configurations along a stretch to free ones that keep the aimed clearance, each
-//!    begun from the last one. If the edge between two is not proved, push its middle too (`push`).
+//!    begun from the last one. If the edge between two is not proved, push its middle too
+//!    (`push_stretch`).
 //! 3. *Gaps*: if any are left, as after a jump of the nearest exit, close them by RRT-Connect in a
 //!    widening tube around the old path (`gaps`).
 //! 4. *Pull*: move points back toward the old path, and remove those that are not needed (`pull`).
@@ -17,6 +19,7 @@
 //! 19(3), 2005, doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by
 //! shrinking bodies.
 
+mod frames;
 mod gaps;
 mod old_path;
 mod options;
@@ -61,6 +64,13 @@ impl Solver {
 
 impl Repairer<'_> {
     fn repair(mut self) -> Repaired {
+        if self.options.frames {
+            let Some(points) = self.frame_by_frame() else { return self.none() };
+            let is_new = |(place, q): &Point| self.old.at(*place) != *q;
+            let changed: Vec<bool> = points.iter().map(is_new).collect();
+            let runs = changed.chunk_by(|a, b| a == b).filter(|run| run[0]).count();
+            return self.answer(points, runs);
+        }
         let stretches = self.old.colliding(push_stretch::STEP_SHARE * self.context.metric.diameter(), &mut self.prover);
         let mut new: Vec<Point> = Vec::new();
         let mut from = 0.0;

@@ -33,6 +33,10 @@ impl<'a> OldPath<'a> {
         Self { rows, metric, space: &metric.scene().space }
     }
 
+    pub fn rows(&self) -> &'a [Config] {
+        self.rows
+    }
+
     /// Returns the place of the last row.
     pub fn end(&self) -> f64 {
         (self.rows.len() - 1) as f64

@@ -21,6 +21,11 @@ pub struct RepairOptions {
     pub aim: Option<f64>,
     /// Largest accepted [`Repaired::deviation`]; `None` means no limit.
     pub max_deviation: Option<f64>,
+    /// Whether the rows are frames of a motion: the result has one row for each, at the same time.
+    pub frames: bool,
+    /// With [`RepairOptions::frames`]: the longest step from frame to frame, in metric units. The
+    /// result lags behind steps that are longer. `None` means no limit.
+    pub max_step: Option<f64>,
     /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
     /// The seed of all random numbers.
@@ -33,6 +38,8 @@ setters! {
     RepairOptions {
         aim: f64 = Some,
         max_deviation: f64 = Some,
+        frames: bool,
+        max_step: f64 = Some,
         resolution: f64,
         seed: u64,
         termination: Termination,
@@ -43,7 +50,7 @@ impl Default for RepairOptions {
     /// Proves edges to 0.1 mm, and ends after 100,000 checks.
     fn default() -> Self {
         let termination = Termination::after_checks(100_000);
-        Self { aim: None, max_deviation: None, resolution: 1e-4, seed: 0, termination }
+        Self { aim: None, max_deviation: None, frames: false, max_step: None, resolution: 1e-4, seed: 0, termination }
     }
 }
 
@@ -52,8 +59,13 @@ impl RepairOptions {
         let lengths = [
             ("aim", self.aim.unwrap_or(0.0)),
             ("max_deviation", self.max_deviation.unwrap_or(0.0)),
+            ("max_step", self.max_step.unwrap_or(0.0)),
             ("resolution", self.resolution),
         ];
+        if let Some(step) = self.max_step.filter(|step| !self.frames || *step == 0.0) {
+            let expected = "none without `frames`, and more than 0 with it".into();
+            return Err(Error::Option { name: "max_step", value: step.to_string(), expected });
+        }
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, value)) => {
                 Err(Error::Option { name, value: value.to_string(), expected: "a number from 0 to 1e9".into() })

@@ -4,6 +4,7 @@ use super::*;
 use crate::applications::motion::testing::{along, labelled};
 use crate::collision::CheckScratch;
 use crate::cspace::Label;
+use crate::query::Termination;
 use crate::scene::builtin;
 use crate::solver::Solver;
 
@@ -66,4 +67,38 @@ fn a_free_path_with_equal_rows_stays_as_it_is() {
     let options = RepairOptions { max_deviation: Some(1e-9), ..RepairOptions::default() };
     let repaired = solver.repair(Rows::new(&rows, free.len()).unwrap(), &options).unwrap();
     assert_eq!((repaired.points.len(), repaired.deviation), (3, 0.0));
+}
+
+/// A motion through collisions: every frame stays a frame, is free, and is joined to the next by a
+/// proved edge no longer than the limit.
+#[test]
+fn frames_stay_frames_and_steps_are_bounded() {
+    for name in ["planar-arm", "shelf-arm", "dual-arm"] {
+        let solver = Solver::new(builtin::scene(name).unwrap());
+        let (space, metric) = (&solver.scene().space, solver.metric());
+        let (mut scratch, nq) = (CheckScratch::default(), space.nq());
+        let (free, colliding) =
+            (labelled(solver.checker(), Label::Free, 2, 3), labelled(solver.checker(), Label::Colliding, 1, 3));
+        let mut rows = Vec::new();
+        for (from, to) in [(&free[0], &colliding[0]), (&colliding[0], &free[1])] {
+            let frames = (metric.distance(from, to) / 0.01).ceil() as usize;
+            for frame in 0..frames {
+                let mut q = vec![0.0; nq];
+                space.interpolate(from, to, frame as f64 / frames as f64, &mut q);
+                rows.extend(q);
+            }
+        }
+        let options = RepairOptions::default().frames(true).max_step(0.05).termination(Termination::default());
+        let repaired = solver.repair(Rows::new(&rows, nq).unwrap(), &options).unwrap();
+        assert_eq!((repaired.points.len() * nq, repaired.stretches > 0), (rows.len(), true), "{name}");
+        assert!(repaired.places.iter().enumerate().all(|(row, place)| *place == row as f64));
+        along(solver.checker(), &repaired.points, |p| {
+            assert_eq!(solver.checker().label(p, &mut scratch), Label::Free, "{name}");
+        });
+        let steps = repaired.points.windows(2).map(|edge| metric.distance(&edge[0], &edge[1]));
+        assert!(steps.fold(0.0, f64::max) <= 0.05 + 1e-9, "{name}");
+    }
+    let solver = Solver::new(builtin::scene("planar-arm").unwrap());
+    let message = solver.repair(Rows::new(&[0.0; 3], 3).unwrap(), &RepairOptions::default().max_step(0.1)).unwrap_err();
+    assert!(message.to_string().contains("max_step"), "{message}");
 }
