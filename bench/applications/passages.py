@@ -141,7 +141,76 @@ def gripper(slit):
     return scene, [0, -0.5, 0, 1.0, 0, 0.5, 0], None
 
 
+def turned(pose, turn):
+    """Rotates a pose (position and roll, pitch, yaw, or position and quaternion) by a unit quaternion x, y, z, w."""
+    pose = np.asarray(pose, float)
+    own = pose[3:] if len(pose) == 7 else of_angles(*(pose[3:] if len(pose) == 6 else np.zeros(3)))
+    return [*(matrix(turn) @ pose[:3]), *times(turn, own)]
+
+
+def of_angles(roll, pitch, yaw):
+    """Returns the quaternion of roll, pitch and yaw, in this order about fixed axes."""
+    about = [np.array([*(np.eye(3)[k] * np.sin(angle / 2)), np.cos(angle / 2)]) for k, angle in enumerate((roll, pitch, yaw))]
+    return times(about[2], times(about[1], about[0]))
+
+
+def times(a, b):
+    """Multiplies quaternions x, y, z, w."""
+    v = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
+    return np.array([*v, a[3] * b[3] - a[:3] @ b[:3]])
+
+
+def matrix(q):
+    x, y, z, w = q
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
+
+
+def socket(ratio, turn=None):
+    """A square peg of 4 x 4 x 16 cm and a blind hole 12 cm deep, `ratio` times as wide as it; the peg ends 4 mm above the ground.
+
+    turn: a quaternion that rotates all of it, so that the hole lies along no axis of the base joint.
+    """
+    width, depth, size = 0.04, 0.12, 0.5
+    walls = plate_with_hole(width * ratio, width * ratio, size, depth, (0, 0, -depth / 2))
+    walls.append(extricate.Box([size, size, 0.02], [0, 0, -depth - 0.01], name="ground"))
+    start, goal = [0.1, 0.08, 0.2, 0.25801448, 0.23094654, 0.08186639, 0.93455343], [0, 0, -0.036, 0, 0, 0, 1]
+    bounds = ([-0.25, -0.25, -0.15], [0.25, 0.25, 0.35])
+    if turn is not None:
+        turn = np.asarray(turn, float) / np.linalg.norm(turn)
+        for wall in walls:
+            wall.pose = turned(wall.pose, turn)
+        start, goal, bounds = turned(start, turn), turned(goal, turn), ([-0.3] * 3, [0.3] * 3)
+    robot = flying("peg", box_part((width, width, 0.16), (0, 0, 0)), bounds)
+    return extricate.Scene(robot, walls, metric="object-norm", clearance=1e-4), start, goal
+
+
+def chain():
+    """A chain of eight links in a corridor twice as wide as they are; the last three lie outside, from one side to the other."""
+    length, thick = 0.1, 0.03
+    links, joints = ['<link name="base"/>'], []
+    for k in range(8):
+        links.append(f'<link name="link{k}">{box_part((length - 0.01, thick, thick), (length / 2, 0, 0))}</link>')
+        parent, x = ("base", 0) if k == 0 else (f"link{k - 1}", length)
+        joints.append(
+            f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/><origin xyz="{x} 0 0"/>'
+            f'<axis xyz="0 0 1"/><limit lower="-2.5" upper="2.5" effort="1" velocity="1"/></joint>'
+        )
+    walls = [extricate.Box([0.6, 0.05, 0.1], [0.2, side * (0.025 + thick), 0], name=name) for name, side in (("left", 1), ("right", -1))]
+    walls.append(extricate.Box([0.05, 0.05, 0.1], [0.95, 0, 0], name="post"))
+    scene = extricate.Scene(extricate.Robot('<robot name="chain">' + "".join(links) + "".join(joints) + "</robot>"), walls, clearance=1e-4)
+    return scene, [0, 0, 0, 0, 0, 1.2, 0.15, 0.15], [0, 0, 0, 0, 0, -1.2, -0.15, -0.15]
+
+
+# Rotates the hole away from the axes of the base joint.
+TILT = [0.3, -0.5, 0.2, 0.7]
+
 SCENES = {
+    "socket-1.3": lambda: socket(1.3),
+    "socket-1.05": lambda: socket(1.05),
+    "socket-1.3-tilted": lambda: socket(1.3, TILT),
+    "socket-1.05-tilted": lambda: socket(1.05, TILT),
+    "chain-2": chain,
     "peg-1.5": lambda: peg(1.5),
     "peg-1.3": lambda: peg(1.3),
     "peg-1.15": lambda: peg(1.15),

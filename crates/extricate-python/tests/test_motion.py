@@ -109,6 +109,19 @@ def test_a_plan_leads_colliding_ends_out(planar: Scene) -> None:
     assert found > 2
 
 
+def test_frames_stay_frames(planar: Scene) -> None:
+    free, colliding = planar.sample(2, seed=4, colliding=False), planar.sample(1, seed=4, colliding=True)
+    turns = [free[0], colliding[0], free[1]]
+    old = np.concatenate([a + (b - a) * np.linspace(0, 1, 100)[:, None] for a, b in zip(turns[:-1], turns[1:])])
+    new = planar.repair(old, frames=True, max_step=0.2, max_checks=None)
+    assert new.points is not None and new.points.shape == old.shape and new.stretches > 0
+    np.testing.assert_array_equal(new.places, np.arange(len(old)))
+    assert planar.check(new.points).all()
+    assert planar.check_segments(new.points[:-1], new.points[1:], resolution=2e-5)["contact"].sum() == 0
+    with pytest.raises(ValueError, match="max_step"):
+        planar.repair(old, max_step=0.1)
+
+
 def test_repairs_keep_what_is_free(planar: Scene) -> None:
     free = planar.sample(40, seed=4, colliding=False)
     found = 0
