@@ -2,6 +2,8 @@
 
 The number in a name is the width of the passage relative to the part that has to pass.
 """
+import dataclasses
+
 import numpy as np
 
 import extricate
@@ -148,6 +150,10 @@ def turned(pose, turn):
     return [*(matrix(turn) @ pose[:3]), *times(turn, own)]
 
 
+def entry(pose):
+    return {"xyz": [float(x) for x in pose[:3]], "quat_xyzw": [float(x) for x in pose[3:]]}
+
+
 def of_angles(roll, pitch, yaw):
     """Returns the quaternion of roll, pitch and yaw, in this order about fixed axes."""
     about = [np.array([*(np.eye(3)[k] * np.sin(angle / 2)), np.cos(angle / 2)]) for k, angle in enumerate((roll, pitch, yaw))]
@@ -178,8 +184,7 @@ def socket(ratio, turn=None):
     bounds = ([-0.25, -0.25, -0.15], [0.25, 0.25, 0.35])
     if turn is not None:
         turn = np.asarray(turn, float) / np.linalg.norm(turn)
-        for wall in walls:
-            wall.pose = turned(wall.pose, turn)
+        walls = [dataclasses.replace(wall, pose=entry(turned(wall.pose, turn))) for wall in walls]
         start, goal, bounds = turned(start, turn), turned(goal, turn), ([-0.3] * 3, [0.3] * 3)
     robot = flying("peg", box_part((width, width, 0.16), (0, 0, 0)), bounds)
     return extricate.Scene(robot, walls, metric="object-norm", clearance=1e-4), start, goal

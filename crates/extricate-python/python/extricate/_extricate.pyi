@@ -151,6 +151,7 @@ class _Calls:
         roadmap: Optional[Roadmap] = None,
         resolution: float = 1e-4,
         tolerance: float = 1e-3,
+        clearance: Optional[float] = None,
         shortcut: bool = True,
         seed: int = 0,
         threads: int = 0,

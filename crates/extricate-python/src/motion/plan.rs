@@ -16,7 +16,8 @@ use crate::solver::handle::Handle;
 static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `plan`, in the order of its signature.
-pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, f64, bool, u64, i64, Option<Whole>, Option<f64>);
+pub type Keywords<'py> =
+    (Option<Bound<'py, Roadmap>>, f64, f64, Option<f64>, bool, u64, i64, Option<Whole>, Option<f64>);
 
 pub fn plan<'py>(
     handle: &Handle,
@@ -24,15 +25,16 @@ pub fn plan<'py>(
     keywords: Keywords<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (from.py(), handle.scene());
-    let (roadmap, resolution, tolerance, shortcut, seed, threads, max_checks, max_seconds) = keywords;
+    let (roadmap, resolution, tolerance, clearance, shortcut, seed, threads, max_checks, max_seconds) = keywords;
     let (from, to) = (config("start", from, scene)?, config("goal", to, scene)?);
-    let options = PlanOptions::default()
+    let mut options = PlanOptions::default()
         .resolution(resolution)
         .tolerance(tolerance)
         .shortcut(shortcut)
         .seed(seed)
         .threads(thread_count(threads)?)
         .termination(termination(max_checks, max_seconds)?);
+    options.clearance = clearance;
     let solver = handle.ready(py)?;
     let busy = || PyValueError::new_err("roadmap: got one that another thread is using, expected one for each");
     let kept = roadmap.as_ref().map(|roadmap| roadmap.get());

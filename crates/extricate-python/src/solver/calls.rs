@@ -218,7 +218,9 @@ macro_rules! calls {
             /// resolution: how finely edges are proved [m].
             /// tolerance: depth [m] by which a pair that collides at an end may get deeper on the
             ///     path.
-            /// shortcut: whether to remove points that are not needed.
+            /// clearance: clearance [m] to push the points of the free path off to, or as much of it
+            ///     as they can keep nearby. None leaves the path short.
+            /// shortcut: whether to shorten the path.
             /// seed: seed of all random numbers.
             /// threads: threads that grow the roadmap, 0 for one per core; the path is the same.
             /// max_checks, max_seconds: limits at which to give up.
@@ -227,7 +229,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape, ends beyond their limits, options that make no
             /// sense.
-            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
+            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, clearance = None, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, clearance=None, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
             fn plan<'py>(
                 &self,
                 start: &Bound<'py, PyAny>,
@@ -235,13 +237,14 @@ macro_rules! calls {
                 roadmap: Option<Bound<'py, Roadmap>>,
                 resolution: f64,
                 tolerance: f64,
+                clearance: Option<f64>,
                 shortcut: bool,
                 seed: Seed,
                 threads: i64,
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (roadmap, resolution, tolerance, shortcut, seed.0, threads, max_checks, max_seconds);
+                let keywords = (roadmap, resolution, tolerance, clearance, shortcut, seed.0, threads, max_checks, max_seconds);
                 plan::plan(self.handle(), (start, goal), keywords)
             }
 

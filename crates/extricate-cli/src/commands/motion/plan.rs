@@ -50,6 +50,10 @@ pub struct PlanArgs {
     /// Depth in metres by which a pair that collides at an end may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
+    /// Clearance in metres to which points of the free path are pushed off, or as much of it as they
+    /// can keep nearby; without it the path is left short
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
+    clearance: Option<f64>,
     /// Keep the path as it was found, with points that are not needed
     #[arg(long)]
     no_shortcut: bool,
@@ -111,13 +115,14 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     }
     let listening = Arc::new(StopOnInterrupt::new());
     let stop = Stop::when(move || listening.asked());
-    let options = PlanOptions::default()
+    let mut options = PlanOptions::default()
         .resolution(args.resolution)
         .tolerance(args.tolerance)
         .shortcut(!args.no_shortcut)
         .seed(args.seed)
         .threads(args.threads)
         .termination(args::termination(Some(args.max_checks), args.max_seconds).stop(stop.clone()));
+    options.clearance = args.clearance;
     let plan = busy("planning", || solver.plan_with(&from, &to, &options, &mut roadmap))?;
     let was_stopped = stop.is_asked();
     // Print the path first, so that it is not lost if the roadmap cannot be written.

@@ -14,6 +14,7 @@ mod nodes;
 pub mod path;
 pub mod plan;
 pub(super) mod prover;
+mod push_off;
 pub mod repair;
 pub mod roadmap;
 pub(super) mod rrt_connect;

@@ -17,6 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use super::escape::{Escape, EscapeOptions, escape, shortened_onward};
 use super::path;
 use super::prover::Prover;
+use super::push_off::push_off;
 use super::roadmap::{Grower, Roadmap, RoadmapContext, grow};
 use super::rrt_connect::RrtConnect;
 use super::shortcut::shortcut;
@@ -148,6 +149,9 @@ impl Planner<'_> {
         if self.options.shortcut {
             let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
             shortcut(&mut self.prover, self.context.metric, &mut points, &mut rng);
+        }
+        if let Some(clearance) = self.options.clearance.filter(|clearance| *clearance > self.context.clearance) {
+            push_off(&mut self.prover, self.context, &mut points, clearance);
         }
         // Each turn takes the path from an end, and leaves it reversed.
         let mut free = [0, 0];

@@ -18,6 +18,9 @@ pub struct PlanOptions {
     /// Depth \[m\] by which a pair that collides at an end may get deeper on the path, see
     /// [`crate::EscapeOptions::tolerance`].
     pub tolerance: f64,
+    /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one of
+    /// their own; or as much of it as they can keep nearby. `None` leaves the path short.
+    pub clearance: Option<f64>,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,
     /// The seed of all random numbers.
@@ -32,6 +35,7 @@ setters! {
     PlanOptions {
         resolution: f64,
         tolerance: f64,
+        clearance: f64 = Some,
         shortcut: bool,
         seed: u64,
         threads: usize,
@@ -43,13 +47,17 @@ impl Default for PlanOptions {
     /// Proves edges to 0.1 mm, and ends after a million checks.
     fn default() -> Self {
         let termination = Termination::after_checks(1_000_000);
-        Self { resolution: 1e-4, tolerance: 1e-3, shortcut: true, seed: 0, threads: 0, termination }
+        Self { resolution: 1e-4, tolerance: 1e-3, clearance: None, shortcut: true, seed: 0, threads: 0, termination }
     }
 }
 
 impl PlanOptions {
     pub(super) fn check(&self) -> Result<()> {
-        let lengths = [("resolution", self.resolution), ("tolerance", self.tolerance)];
+        let lengths = [
+            ("resolution", self.resolution),
+            ("tolerance", self.tolerance),
+            ("clearance", self.clearance.unwrap_or(0.0)),
+        ];
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, length)) => {
                 Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9".into() })

@@ -130,3 +130,23 @@ fn roadmaps_grow_by_the_last_check_too() {
         assert!(roadmap.checks() >= checks, "{} of {checks}", roadmap.checks());
     }
 }
+
+/// Points between the ends keep more than before if they can.
+#[test]
+fn paths_are_pushed_off() {
+    let solver = Solver::new(builtin::scene("planar-arm").unwrap());
+    let (checker, mut scratch) = (solver.checker(), CheckScratch::default());
+    let free = labelled(checker, Label::Free, 8, 3);
+    let mut kept = [0, 0];
+    for ends in free.chunks_exact(2) {
+        for (at, clearance) in [None, Some(0.02)].into_iter().enumerate() {
+            let options = PlanOptions { clearance, ..PlanOptions::default() };
+            let plan = solver.plan(&ends[0], &ends[1], &options).unwrap();
+            assert_path(&solver, [&ends[0], &ends[1]], &plan);
+            let wide = checker.with_clearance(0.02);
+            let inner = &plan.points[1..plan.points.len() - 1];
+            kept[at] += inner.iter().filter(|q| wide.label(q, &mut scratch) == Label::Free).count();
+        }
+    }
+    assert!(kept[1] > 10 + 2 * kept[0], "{kept:?}");
+}
