@@ -180,7 +180,8 @@ def socket(ratio, turn=None):
     width, depth, size = 0.04, 0.12, 0.5
     walls = plate_with_hole(width * ratio, width * ratio, size, depth, (0, 0, -depth / 2))
     walls.append(extricate.Box([size, size, 0.02], [0, 0, -depth - 0.01], name="ground"))
-    start, goal = [0.1, 0.08, 0.2, 0.25801448, 0.23094654, 0.08186639, 0.93455343], [0, 0, -0.036, 0, 0, 0, 1]
+    about = np.array([0.258, 0.231, 0.082, 0.935])
+    start, goal = [0.1, 0.08, 0.2, *(about / np.linalg.norm(about))], [0, 0, -0.036, 0, 0, 0, 1]
     bounds = ([-0.25, -0.25, -0.15], [0.25, 0.25, 0.35])
     if turn is not None:
         turn = np.asarray(turn, float) / np.linalg.norm(turn)
@@ -201,8 +202,8 @@ def chain():
             f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/><origin xyz="{x} 0 0"/>'
             f'<axis xyz="0 0 1"/><limit lower="-2.5" upper="2.5" effort="1" velocity="1"/></joint>'
         )
-    walls = [extricate.Box([0.6, 0.05, 0.1], [0.2, side * (0.025 + thick), 0], name=name) for name, side in (("left", 1), ("right", -1))]
-    walls.append(extricate.Box([0.05, 0.05, 0.1], [0.95, 0, 0], name="post"))
+    walls = [extricate.Box([0.55, 0.05, 0.1], [0.175, side * (0.025 + thick), 0], name=name) for name, side in (("left", 1), ("right", -1))]
+    walls.append(extricate.Box([0.03, 0.03, 0.1], [0.78, 0, 0], name="post"))
     scene = extricate.Scene(extricate.Robot('<robot name="chain">' + "".join(links) + "".join(joints) + "</robot>"), walls, clearance=1e-4)
     return scene, [0, 0, 0, 0, 0, 1.2, 0.15, 0.15], [0, 0, 0, 0, 0, -1.2, -0.15, -0.15]
 

@@ -10,8 +10,8 @@ use extricate::{Error, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::exact::drawn_poses::direction;
 use crate::exact::meshes;
-use crate::exact::poses::direction;
 use crate::files;
 
 const CHAIN_LENGTH_M: f64 = 1.5;

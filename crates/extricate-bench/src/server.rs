@@ -24,8 +24,8 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
-use crate::exact::poses::{Body, half_colliding, near_contact};
-use crate::exact::{self, brute, meshes};
+use crate::exact::drawn_poses::{Body, half_colliding, near_contact};
+use crate::exact::{self, brute_force_meshes, meshes};
 use crate::labels::Robot;
 use crate::{files, robots};
 
@@ -81,7 +81,7 @@ fn answer(words: &[&str], loaded: &mut Loaded) -> Result<Value> {
         ["truth", a, b, poses, limit, index] => {
             let (a, b, limit): (_, _, f64) = (loaded.body(a)?, loaded.body(b)?, limit.parse()?);
             let pose = files::poses_of(&files::read_numbers(poses)?)[index.parse::<usize>()?];
-            let truth = brute::truth(&a.mesh, &b.mesh, &pose, [0.0, limit + 1e-6], exact::TOLERANCE_M);
+            let truth = brute_force_meshes::truth(&a.mesh, &b.mesh, &pose, [0.0, limit + 1e-6], exact::TOLERANCE_M);
             json!({ "distance": truth.distance.is_finite().then_some(truth.distance), "contained": truth.contained,
                     "near": exact::expected(&truth, limit, exact::TOLERANCE_M) })
         }

@@ -6,7 +6,7 @@
 //! structures that callers fill in; `numbers` maps enums of the library to constants of the header.
 
 mod abi;
-mod numbers;
+mod enum_constants;
 mod options;
 mod raw;
 mod shapes;

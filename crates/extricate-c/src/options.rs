@@ -6,7 +6,7 @@ use extricate::{Error, QueryOptions, Scene, Solver, Stop, Toward};
 
 use crate::abi::handles::ExtricateSolver;
 use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions};
-use crate::numbers::{EFFORTS, choice};
+use crate::enum_constants::{EFFORTS, choice};
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
 

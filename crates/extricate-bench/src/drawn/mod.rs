@@ -5,7 +5,7 @@
 //! construction (carts, voxels) are written without this test.
 
 mod entry;
-mod kinds;
+mod obstacles;
 mod robots;
 mod sane;
 mod told;
@@ -22,7 +22,7 @@ use serde_json::json;
 
 use crate::files::stl;
 use entry::{Shape, Written};
-use kinds::KINDS;
+use obstacles::KINDS;
 use robots::Robot;
 
 /// Draws after which a scene is given up.
@@ -92,7 +92,7 @@ fn clutter(cubes: usize, side: f64, seed: u64) -> Result<Written> {
     let arm = robots::seven_joint_arm();
     drawn(format!("clutter-{cubes}-{seed}"), COLLIDING_SHARE, |scene, rng| {
         scene.robot(&arm, "", [0.0; 3], false);
-        scene.obstacles(&kinds::cubes(rng, cubes, side));
+        scene.obstacles(&obstacles::cubes(rng, cubes, side));
     })
 }
 
@@ -105,7 +105,7 @@ fn several_arms(count: usize, seed: u64) -> Result<Written> {
             scene.robot(&arm, &format!("arm_{}", k + 1), at, false);
         }
         for k in 0..count {
-            let mut own = kinds::before(rng, &arm.space);
+            let mut own = obstacles::before(rng, &arm.space);
             own.name = format!("obstacle_{}", k + 1);
             own.xyz[1] += robots::ARM_SPACING_M * k as f64;
             scene.obstacles(&[own]);

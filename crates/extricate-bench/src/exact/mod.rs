@@ -1,9 +1,9 @@
 //! Compares the checker with brute force, for ordinary and awkward meshes in poses at random and
 //! next to the margin.
 
-pub mod brute;
+pub mod brute_force_meshes;
+pub mod drawn_poses;
 pub mod meshes;
-pub mod poses;
 
 use extricate::geometry::TriangleMesh;
 use extricate::internals::collision::PairScratch;
@@ -13,8 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::json;
 
+use drawn_poses::{Approach, Body};
 use meshes::{bumpy, hollow, joined, opened, sheet, single, slab, soup, torus};
-use poses::{Approach, Body};
 
 /// Distance from the margin \[m\] within which either answer is accepted, for bodies up to 1 m;
 /// larger bodies round in proportion.
@@ -123,8 +123,13 @@ fn case(bodies: &[(&str, TriangleMesh)], index: usize, seed: u64) -> Report {
         }
         let pose = approach.at(way);
         let ours = a.is_nearer(&b, &pose, margin, &mut scratch);
-        let truth =
-            brute::truth(&a.mesh, &b.mesh, &pose, [margin - tolerance, margin + 1e-6 + 2.0 * tolerance], tolerance);
+        let truth = brute_force_meshes::truth(
+            &a.mesh,
+            &b.mesh,
+            &pose,
+            [margin - tolerance, margin + 1e-6 + 2.0 * tolerance],
+            tolerance,
+        );
         report.poses += 1;
         report.contained += usize::from(truth.contained && truth.distance > margin + tolerance);
         report.tight += usize::from((truth.distance - margin).abs() < 1e-6);
@@ -145,7 +150,7 @@ fn case(bodies: &[(&str, TriangleMesh)], index: usize, seed: u64) -> Report {
 }
 
 /// Whether the pair is nearer than the margin; `None` if the tolerance leaves it open.
-pub fn expected(truth: &brute::Truth, margin: f64, tolerance: f64) -> Option<bool> {
+pub fn expected(truth: &brute_force_meshes::Truth, margin: f64, tolerance: f64) -> Option<bool> {
     let near = truth.crosses_clearly || truth.distance < margin - tolerance;
     let far = truth.distance > margin + tolerance;
     if near || (far && truth.contained) { Some(true) } else { far.then_some(false) }
@@ -166,15 +171,18 @@ mod tests {
 
     #[test]
     fn a_wrong_answer_would_be_seen() {
-        let near = brute::Truth { distance: 1e-4 - 3e-9, crosses_clearly: false, contained: false };
+        let near = brute_force_meshes::Truth { distance: 1e-4 - 3e-9, crosses_clearly: false, contained: false };
         assert_eq!(expected(&near, 1e-4, 1e-9), Some(true));
-        assert_eq!(expected(&brute::Truth { distance: 1e-4 + 3e-9, ..near }, 1e-4, 1e-9), Some(false));
-        assert_eq!(expected(&brute::Truth { distance: 1e-4, ..near }, 1e-4, 1e-9), None);
+        assert_eq!(expected(&brute_force_meshes::Truth { distance: 1e-4 + 3e-9, ..near }, 1e-4, 1e-9), Some(false));
+        assert_eq!(expected(&brute_force_meshes::Truth { distance: 1e-4, ..near }, 1e-4, 1e-9), None);
         assert_eq!(
-            expected(&brute::Truth { distance: f64::INFINITY, contained: true, ..near }, 1e-4, 1e-9),
+            expected(&brute_force_meshes::Truth { distance: f64::INFINITY, contained: true, ..near }, 1e-4, 1e-9),
             Some(true)
         );
-        assert_eq!(expected(&brute::Truth { distance: 0.0, ..near }, 0.0, 1e-9), None);
-        assert_eq!(expected(&brute::Truth { distance: 0.0, crosses_clearly: true, ..near }, 0.0, 1e-9), Some(true));
+        assert_eq!(expected(&brute_force_meshes::Truth { distance: 0.0, ..near }, 0.0, 1e-9), None);
+        assert_eq!(
+            expected(&brute_force_meshes::Truth { distance: 0.0, crosses_clearly: true, ..near }, 0.0, 1e-9),
+            Some(true)
+        );
     }
 }

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use extricate::{CheckScratch, Checker, Config, ConfigSpace, Label};
 
-use super::describe;
+use super::answer_to_c;
 use super::handles::ExtricateScene;
 use super::types::{ExtricateOptions, ExtricateStatus, ExtricateSummary};
 use crate::options::{Wanted, threads as thread_count};
@@ -46,11 +46,11 @@ pub unsafe extern "C" fn extricate_query_batch(
             let Some((mut witness, mut summary)) = rows.next() else { return ControlFlow::Break(()) };
             match answered.answer {
                 Some(answer) => {
-                    summary.fill([describe::summary(&answer)]);
+                    summary.fill([answer_to_c::summary(&answer)]);
                     witness.fill(answer.witness.iter().copied());
                 }
                 None => {
-                    summary.fill([describe::NOTHING]);
+                    summary.fill([answer_to_c::NOTHING]);
                     witness.fill(std::iter::repeat(f64::NAN));
                 }
             }

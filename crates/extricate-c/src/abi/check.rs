@@ -4,7 +4,7 @@
 
 use extricate::SegmentOptions;
 
-use super::describe;
+use super::answer_to_c;
 use super::handles::{ExtricateScene, ExtricateSolver};
 use super::types::{ExtricateSegment, ExtricateStatus};
 use crate::raw;
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn extricate_check_segment(
         }
         let (from, to) = (solver.scene().config(from?)?, solver.scene().config(to?)?);
         let outcome = solver.check_segment(&from, &to, &SegmentOptions::default().resolution(resolution));
-        segment.put(describe::segment(solver.scene(), outcome));
+        segment.put(answer_to_c::segment(solver.scene(), outcome));
         Ok(())
     })
 }

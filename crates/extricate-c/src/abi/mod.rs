@@ -10,12 +10,12 @@
 pub mod types;
 
 pub mod answer;
+pub mod answer_to_c;
 pub mod batch;
 pub mod check;
-pub mod describe;
 pub mod handles;
-pub mod names;
 pub mod scene;
+pub mod scene_info;
 pub mod solver;
 pub mod stream;
 pub mod world;

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use super::describe;
+use super::answer_to_c;
 use super::handles::{ExtricateAnswer, ExtricateScene, ExtricateSolver};
 use super::types::{EXTRICATE_NOTHING_FREE, ExtricateOptions, ExtricateStatus};
 use crate::options::{Wanted, defaults};
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn extricate_query(
         let (solver, answer) = (solver?, answer?);
         let q = solver.config(q?)?;
         let found = solver.solver.query(&q).ok_or_else(nothing_free)?;
-        answer.hand_over(describe::answer(solver.solver.scene(), found));
+        answer.hand_over(answer_to_c::answer(solver.solver.scene(), found));
         Ok(())
     })
 }

@@ -5,7 +5,7 @@
 
 use extricate::{Stream, StreamOptions};
 
-use super::describe;
+use super::answer_to_c;
 use super::handles::{ExtricateAnswer, ExtricateScene, ExtricateStream};
 use super::solver::nothing_free;
 use super::types::{ExtricateOptions, ExtricateStatus};
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn extricate_stream_query(
         let found = frames.query_in(&stream.solver, &q)?;
         stream.stream = Some(frames);
         let found = found.ok_or_else(nothing_free)?;
-        answer.hand_over(describe::answer(stream.solver.scene(), found));
+        answer.hand_over(answer_to_c::answer(stream.solver.scene(), found));
         Ok(())
     })
 }

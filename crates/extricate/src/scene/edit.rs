@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use super::assemble::NOTHING_CHECKED;
 use super::assemble::bodies::{OncePerMesh, refuse_vast, warn_of_surfaces};
 use super::names::{check_name, unknown};
-use super::units::warn_of_sizes;
+use super::suspicious_units::warn_of_sizes;
 use super::{Body, BodyPair, LinkAttachment, MetricKind, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
 use crate::error::{Error, Result, bounded, quoted};

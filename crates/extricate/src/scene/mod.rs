@@ -16,7 +16,7 @@ pub mod mesh_counts;
 pub mod metric_kind;
 pub mod named_configs;
 mod names;
-pub mod units;
+pub mod suspicious_units;
 
 use serde::{Deserialize, Serialize};
 

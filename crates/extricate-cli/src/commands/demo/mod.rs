@@ -14,7 +14,7 @@ use extricate::files::{self, OutputLock};
 use extricate::{Answer, Config, Effort, LearnOptions, QueryOptions, Scene, Solver, builtin};
 use extricate_view::{Live, is_page};
 
-use super::learn::run::{Learned, learn_with_progress};
+use super::learn::with_progress::{Learned, learn_with_progress};
 use super::query::ask;
 use super::query::summary::{Figures, Summary};
 use super::{draw_colliding, tell_warnings};

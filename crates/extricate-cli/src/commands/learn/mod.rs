@@ -1,6 +1,6 @@
 //! `extricate learn`: learns a scene and writes a model file.
 
-pub mod run;
+pub mod with_progress;
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::interrupt;
 use crate::notice;
 use crate::output::Output;
 use crate::report::{self, count, duration, percent};
-use run::{Learned, learn_with_progress, memory_in_words, peak_memory};
+use with_progress::{Learned, learn_with_progress, memory_in_words, peak_memory};
 
 /// Number of configurations in which pairs are tested for permanent collision. Few suffice, because
 /// such a pair collides in the first one already.

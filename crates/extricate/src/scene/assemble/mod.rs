@@ -17,7 +17,7 @@ use std::path::Path;
 
 use super::file::{self, SceneFile};
 use super::names::{NameIndex, Named, unique};
-use super::units::warn_of_sizes;
+use super::suspicious_units::warn_of_sizes;
 use super::{Body, LinkAttachment, MetricKind, Scene};
 use crate::error::{Error, Result, bounded};
 use crate::robot::LoadLimit;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::file::File;
-use super::loft::End::Round;
-use super::loft::{stl, tube};
+use super::swept_meshes::End::Round;
+use super::swept_meshes::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
 /// Name of each leg, and signs of its hip's x and y from the torso's centre.

@@ -1,7 +1,7 @@
 //! `free-box`: a box that flies freely around and through a ring above a floor.
 
 use super::file::File;
-use super::loft::{stl, torus};
+use super::swept_meshes::{stl, torus};
 use super::urdf_text::{Shape, UrdfText};
 
 /// Returns the scene file and the robot's files.

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use super::file::File;
-use super::loft::End::Round;
-use super::loft::{stl, tube};
+use super::swept_meshes::End::Round;
+use super::swept_meshes::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
 /// Name of each finger, its direction from the palm's centre \[rad\], and whether it spreads.

@@ -8,10 +8,10 @@ mod file;
 mod four_legs;
 mod free_box;
 mod hand;
-mod loft;
 mod planar_arm;
 mod seven_joint_arm;
 mod shelf_arm;
+mod swept_meshes;
 mod urdf_text;
 
 use std::io::ErrorKind;

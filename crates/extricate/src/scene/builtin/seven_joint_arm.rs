@@ -2,8 +2,8 @@
 //! shapes of our own.
 
 use super::file::File;
-use super::loft::End::{Flat, Round};
-use super::loft::{Station, stl, tube};
+use super::swept_meshes::End::{Flat, Round};
+use super::swept_meshes::{Station, stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
 /// Height of each joint above the one before it at the zero position \[m\], its axis, and its limit

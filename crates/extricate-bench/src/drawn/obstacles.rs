@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::entry::{Obstacle, Shape};
 use super::robots::Space;
+use crate::exact::drawn_poses::direction;
 use crate::exact::meshes::{bumpy, torus};
-use crate::exact::poses::direction;
 
 type Kind = fn(&mut ChaCha8Rng, &Space) -> Vec<Obstacle>;
 

@@ -10,7 +10,7 @@ use extricate::{LoadLimits, Manifold};
 
 use super::handles::ExtricateScene;
 use super::types::{EXTRICATE_ABI, EXTRICATE_METRIC_JOINT, ExtricatePair, ExtricateStatus};
-use crate::numbers::{METRICS, number};
+use crate::enum_constants::{METRICS, number};
 use crate::raw;
 use crate::status::{Fault, guarded, last_error};
 
@@ -214,7 +214,7 @@ pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, inde
     // SAFETY: the contract of this module.
     let scene = unsafe { raw::shared(scene, "scene") };
     let pair = scene.ok().and_then(|scene| scene.scene().pairs().get(index).copied());
-    pair.map_or(super::describe::NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
+    pair.map_or(super::answer_to_c::NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
 }
 
 /// Returns the least distance that free configurations keep \[m\], except for pairs with a

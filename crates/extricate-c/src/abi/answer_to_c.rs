@@ -6,7 +6,7 @@ use super::handles::ExtricateAnswer;
 use super::types::{
     EXTRICATE_IS_PROVED, ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSegment, ExtricateSummary,
 };
-use crate::numbers::{UNPROVED, number};
+use crate::enum_constants::{UNPROVED, number};
 
 /// Placeholder in the header's structures if there is no pair.
 pub const NO_PAIR: ExtricatePair = ExtricatePair { first: usize::MAX, second: usize::MAX };
