@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Modules, in the order in which the header has their items.
 const SOURCES: &[&str] =
-    &["types", "handles", "names", "scene", "world", "solver", "answer", "check", "batch", "stream"];
+    &["types", "handles", "scene_info", "scene", "world", "solver", "answer", "check", "batch", "stream"];
 
 #[test]
 fn the_header_is_fresh() {

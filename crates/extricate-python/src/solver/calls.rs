@@ -218,8 +218,8 @@ macro_rules! calls {
             /// resolution: how finely edges are proved [m].
             /// tolerance: depth [m] by which a pair that collides at an end may get deeper on the
             ///     path.
-            /// clearance: clearance [m] to push the points of the free path off to, or as much of it
-            ///     as they can keep nearby. None leaves the path short.
+            /// clearance: clearance [m] that the points of the free path are pushed off to, or as
+            ///     much of it as they can keep nearby. None leaves the path short.
             /// shortcut: whether to shorten the path.
             /// seed: seed of all random numbers.
             /// threads: threads that grow the roadmap, 0 for one per core; the path is the same.

@@ -50,8 +50,8 @@ pub struct PlanArgs {
     /// Depth in metres by which a pair that collides at an end may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
-    /// Clearance in metres to which points of the free path are pushed off, or as much of it as they
-    /// can keep nearby; without it the path is left short
+    /// Clearance in metres to which points of the free path are pushed off, or as much of it as
+    /// they can keep nearby; without it the path is left short
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
     /// Keep the path as it was found, with points that are not needed

@@ -32,8 +32,8 @@ query beyond their limits), clearance (least distance that the witness keeps [m]
 own), verified, effort, contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
 depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
 --segment: colliding_until and free_from, fractions of the straight segment), free_radius (with --free-radius: in the \
-metric, around the witness), nearest (with --continuous: depth of the nearest exit found), seconds (time of the library \
-call alone).";
+metric, around the witness), nearest (with --continuous: depth of the nearest exit found), detour (with --continuous, if the \
+witness goes back to it), seconds (time of the library call alone).";
 
 /// Arguments of `query`.
 #[derive(Args)]

@@ -9,8 +9,8 @@ use crate::query::{Context, Deadline, QueryScratch};
 const MAX_EDGE_SHARE: f64 = 0.02;
 
 /// Divides the edges of a path, and moves each point between the ends to one nearby that keeps
-/// `clearance` \[m\], or as much of it as halving its excess finds. A point stays if the edges beside
-/// it would not be proved.
+/// `clearance` \[m\], or as much of it as halving its excess finds. A point stays if the edges
+/// beside it would not be proved.
 ///
 /// # Guarantee
 /// Every edge of the result is proved if all edges of the path are. The ends stay.
@@ -35,8 +35,8 @@ pub fn push_off(prover: &mut Prover, context: &Context, points: &mut Vec<Vec<f64
     *points = new;
 }
 
-/// Returns the path with its edges divided into pieces that are proved again; an edge stays whole if
-/// one of its pieces is not.
+/// Returns the path with its edges divided into pieces that are proved again; an edge stays whole
+/// if one of its pieces is not.
 fn divided(prover: &mut Prover, context: &Context, points: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let space = &context.checker.scene().space;
     let longest = MAX_EDGE_SHARE * context.metric.diameter();

@@ -18,8 +18,8 @@ pub struct PlanOptions {
     /// Depth \[m\] by which a pair that collides at an end may get deeper on the path, see
     /// [`crate::EscapeOptions::tolerance`].
     pub tolerance: f64,
-    /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one of
-    /// their own; or as much of it as they can keep nearby. `None` leaves the path short.
+    /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one
+    /// of their own; or as much of it as they can keep nearby. `None` leaves the path short.
     pub clearance: Option<f64>,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,
