@@ -54,7 +54,7 @@ pub struct PlanArgs {
     /// they can keep nearby; without it the path is left short
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
-    /// Keep the path as it was found, with points that are not needed
+    /// Keep the path as it was found instead of shortening it
     #[arg(long)]
     no_shortcut: bool,
     /// Seed of the random numbers

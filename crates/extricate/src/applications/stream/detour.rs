@@ -85,6 +85,7 @@ impl Detour {
     pub fn is_due(&mut self, context: &Context, depth: f64, nearest: f64) -> bool {
         if depth <= BEHIND_FACTOR * nearest + BEHIND_SHARE * context.metric.diameter() {
             (self.behind, self.next_search) = (0, MIN_FRAMES_BEHIND);
+            self.path.clear();
             self.begin_anew();
             return false;
         }

@@ -29,7 +29,8 @@ pub struct StreamOptions {
     pub starts_per_frame: usize,
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind an obstacle while
-    /// another exit is nearer ([`Answer::nearest`]), or while the query is free. It aims at
+    /// another exit is nearer ([`Answer::nearest`]), or while the query is free; if that lasts, it
+    /// goes back along a path that is proved free ([`Answer::detour`]). It aims at
     /// [`QueryOptions::clearance`], by default 0.5 mm more than the scene's, and `hysteresis` has
     /// no effect.
     pub continuous: bool,

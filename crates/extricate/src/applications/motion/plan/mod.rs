@@ -157,7 +157,8 @@ impl Planner<'_> {
         let mut free = [0, 0];
         for side in 0..2 {
             if let Some(found) = escapes[side].take() {
-                let found = self.joined(side, found, &mut points);
+                let free_points = points.len() - free[0];
+                let found = self.joined(side, found, (&mut points, free_points));
                 free[side] = found.free_from;
                 escapes[side] = Some(found);
             }
@@ -180,14 +181,15 @@ impl Planner<'_> {
             .termination(self.prover.left())
     }
 
-    /// Puts an escape before the free path that begins at its end; returns the escape, which may
-    /// have become shorter.
-    fn joined(&mut self, side: usize, found: Escape, points: &mut Vec<Vec<f64>>) -> Escape {
+    /// Puts an escape before the path that begins at its end, and is free at its first
+    /// `free_points`. Returns the escape, which may have become shorter.
+    fn joined(&mut self, side: usize, found: Escape, (points, free_points): (&mut Vec<Vec<f64>>, usize)) -> Escape {
         let mut end = 0;
         let mut escape = found;
         if self.options.shortcut {
             let before = escape.checks;
-            (escape, end) = shortened_onward(self.context, self.ends[side], &self.escape_options(side), escape, points);
+            let (q, options, onward) = (self.ends[side], self.escape_options(side), &points[..free_points]);
+            (escape, end) = shortened_onward(self.context, q, &options, escape, onward);
             self.prover.checks += escape.checks - before;
         }
         points.splice(..=end, escape.points.iter().cloned());

@@ -21,7 +21,7 @@ pub struct PlanOptions {
     /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one
     /// of their own; or as much of it as they can keep nearby. `None` leaves the path short.
     pub clearance: Option<f64>,
-    /// Whether to remove points that are not needed.
+    /// Whether to shorten the path.
     pub shortcut: bool,
     /// The seed of all random numbers.
     pub seed: u64,
