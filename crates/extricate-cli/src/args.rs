@@ -139,7 +139,7 @@ pub enum Command {
     View(view::ViewArgs),
     /// Find a path out of collision for each configuration, on which no collision gets worse
     Escape(escape::EscapeArgs),
-    /// Find a path between two free configurations, even through narrow passages
+    /// Find a path between two configurations, even through narrow passages
     Plan(plan::PlanArgs),
     /// Turn a path that collides into a free one, as near to the old path as possible
     Repair(repair::RepairArgs),

@@ -20,11 +20,12 @@ use crate::report;
 
 /// Help text on the output.
 const KEYS: &str = "Prints the path from the first to the last configuration, one {\"q\": [...]} per line, which the other \
-commands read. Every configuration between two lines, along the geodesic, is proved free. If an end collides, the path out of \
-collision comes first or last, as `escape` finds it; a note says where the free part begins and ends. With --json, prints one object: \
-points (empty if no path was found), free_from and free_to (indices into points; between them the path is proved free), \
-start_escape and goal_escape (an object of `escape --json`; null if that end is free), method (\"straight\", \"trees\" or \"roadmap\"; null if no path was found), length (in \
-the scene's metric), checks, nodes (in the roadmap). If no path was found, the exit status is 1; that does not prove that \
+commands read. Every configuration between two lines, along the geodesic, is proved free. If an end collides, the path begins \
+or ends with an escape, on which collisions are proved to get no worse; a note says where the free part begins and ends. With \
+--json, prints one object: points (empty if no path was found), free_from and free_to (indices into points; between them the \
+path is proved free), start_escape and goal_escape (an object of `escape --json`; null if that end is free), method \
+(\"straight\", \"trees\" or \"roadmap\"; null if no path was found), length (in the scene's metric), checks, nodes (in the \
+roadmap), error (only if no path was found: the reason). If no path was found, the exit status is 1; that does not prove that \
 there is none.";
 
 /// Arguments of `plan`.
