@@ -137,6 +137,13 @@ impl Factor {
     }
 }
 
+/// Returns the shorter turn from one angle to another \[rad\]. Of the two half turns it chooses the
+/// same arc in both directions, so that a reversed edge is the same edge.
+fn turn(from: f64, to: f64) -> f64 {
+    let turn = wrap_angle(to - from);
+    if turn == -PI && to > from { PI } else { turn }
+}
+
 /// A product of manifolds with limits.
 ///
 /// ```
@@ -264,7 +271,7 @@ impl ConfigSpace {
             let (q, v) = (factor.q, factor.v);
             match factor.manifold {
                 Manifold::Interval { .. } => tangent[v] = b[q] - a[q],
-                Manifold::Circle => tangent[v] = wrap_angle(b[q] - a[q]),
+                Manifold::Circle => tangent[v] = turn(a[q], b[q]),
                 Manifold::Rotation => {
                     let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
                     let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4]));
@@ -297,7 +304,7 @@ impl ConfigSpace {
             let q = factor.q;
             match factor.manifold {
                 Manifold::Interval { lower, upper } => out[q] = (a[q] + t * (b[q] - a[q])).clamp(lower, upper),
-                Manifold::Circle => out[q] = wrap_angle(a[q] + t * wrap_angle(b[q] - a[q])),
+                Manifold::Circle => out[q] = wrap_angle(a[q] + t * turn(a[q], b[q])),
                 Manifold::Rotation => {
                     let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
                     let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4])).map(|x| x * t);
@@ -337,6 +344,22 @@ fn normalize(quaternion: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An edge that is proved in one direction is returned in the other.
+    #[test]
+    fn half_turns_are_the_same_arc_in_both_directions() {
+        let mut space = ConfigSpace::default();
+        space.push("turn", Manifold::Circle, 1.0);
+        for [a, b] in [[0.0, -PI], [0.5 * PI, -0.5 * PI], [-0.25 * PI, 0.75 * PI], [1.0, 1.0]] {
+            let ([mut there, mut back], mut step) = ([[0.0], [0.0]], [0.0]);
+            space.interpolate(&[a], &[b], 0.3, &mut there);
+            space.interpolate(&[b], &[a], 0.7, &mut back);
+            assert!((there[0] - back[0]).abs() < 1e-12, "{a} {b}: {there:?} {back:?}");
+            space.difference(&[a], &[b], &mut step);
+            space.integrate(&[a], &[0.3 * step[0]], &mut back);
+            assert!((there[0] - back[0]).abs() < 1e-12, "{a} {b}");
+        }
+    }
 
     #[test]
     fn a_configuration_is_itself_when_it_is_read_again() {

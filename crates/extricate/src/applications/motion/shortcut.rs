@@ -76,12 +76,14 @@ fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &m
         }
         between.splice(1..1, whole);
     }
+    let [before, after] = [&points[first], &points[last + 1]];
     let length_of =
         |points: &[Vec<f64>]| points.windows(2).map(|edge| metric.distance(&edge[0], &edge[1])).sum::<f64>();
-    if drawn[1] - drawn[0] - length_of(&between) < MIN_GAIN_SHARE * total {
+    let to_ends = metric.distance(before, &between[0]) + metric.distance(&between[between.len() - 1], after);
+    let old: f64 = lengths[first..=last].iter().sum();
+    if old - to_ends - length_of(&between) < MIN_GAIN_SHARE * total {
         return false;
     }
-    let [before, after] = [&points[first], &points[last + 1]];
     let is_proved = between.windows(2).all(|edge| prover.proves(&edge[0], &edge[1]))
         // Parts of proved edges may be bisected at other places, so that they need proofs of their
         // own.

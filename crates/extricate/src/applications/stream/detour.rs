@@ -3,6 +3,8 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::proxy::toward;
+
 use crate::applications::motion::prover::Prover;
 use crate::applications::motion::rrt_connect::RrtConnect;
 use crate::applications::motion::shortcut::shortcut;
@@ -23,6 +25,8 @@ const CHECKS_PER_FRAME: usize = 200;
 /// elsewhere by that time.
 const MAX_CHECKS: usize = 10_000;
 const PAUSE_FRAMES: usize = 200;
+/// Frames until another path is searched if one could not be walked.
+const RETRY_FRAMES: usize = 16;
 /// Longest edge of the trees, as a share of the metric's diameter.
 const MAX_EDGE_SHARE: f64 = 0.2;
 /// Longest move along a detour in one frame, as a share of the metric's diameter.
@@ -61,12 +65,7 @@ impl Detour {
     pub fn next(&self, context: &Context, from: &[f64], max_move: Option<f64>) -> Option<Vec<f64>> {
         let to = self.path.last()?;
         let own = MAX_MOVE_SHARE * context.metric.diameter();
-        let share = max_move.map_or(own, |most| most.min(own)) / context.metric.distance(from, to);
-        let mut target = to.clone();
-        if share < 1.0 {
-            context.checker.scene().space.interpolate(from, to, share, &mut target);
-        }
-        Some(target)
+        Some(toward(context, from, to, max_move.map_or(own, |most| most.min(own))))
     }
 
     /// Notes that the proxy is at `config`, and forgets the point of the path that it has reached.
@@ -76,8 +75,12 @@ impl Detour {
         }
     }
 
+    /// Gives up the path, and searches another after a pause.
     pub fn drop_path(&mut self) {
-        self.path.clear();
+        if !self.path.is_empty() {
+            self.path.clear();
+            self.next_search = self.behind + RETRY_FRAMES;
+        }
     }
 
     /// Notes how far the proxy is from the query in this frame. Returns whether a detour is to be
@@ -90,7 +93,7 @@ impl Detour {
             return false;
         }
         self.behind += 1;
-        self.path.is_empty() && self.behind >= self.next_search
+        self.path.is_empty() && self.behind >= self.next_search.max(MIN_FRAMES_BEHIND)
     }
 
     fn begin_anew(&mut self) {
@@ -101,18 +104,25 @@ impl Detour {
     /// Goes on with the search of a path in the free space of `context`, from the proxy to its
     /// goal.
     pub fn search(&mut self, context: &Context, [from, to]: [&[f64]; 2], resolution: f64, evaluator: &mut Evaluator) {
-        let prover = || {
-            let limit = Deadline::of(&Termination::after_checks(CHECKS_PER_FRAME));
-            Prover::new(context.checker, resolution, limit)
+        // Joints that the query keeps locked are no way back.
+        let mut held = from.to_vec();
+        context.hold(to, &mut held);
+        if held != from {
+            return;
+        }
+        let prover = |evaluator: &Evaluator| {
+            let left = evaluator.limit.left(evaluator.checks);
+            let checks = left.max_checks.map_or(CHECKS_PER_FRAME, |most| most.min(CHECKS_PER_FRAME));
+            Prover::new(context.checker, resolution, Deadline::of(&Termination { max_checks: Some(checks), ..left }))
         };
         let mut rng = ChaCha8Rng::seed_from_u64(self.searches);
         self.searches += 1;
-        let mut growing = prover();
+        let mut growing = prover(evaluator);
         let found = self.grow(context, [from, to], &mut growing, &mut rng);
         self.checks += growing.checks;
         evaluator.checks += growing.checks;
         if let Some(mut path) = found {
-            let mut shortening = prover();
+            let mut shortening = prover(evaluator);
             shortcut(&mut shortening, context.metric, &mut path, &mut rng);
             evaluator.checks += shortening.checks;
             path.reverse();
@@ -140,7 +150,10 @@ impl Detour {
             tree.attach(prover, end);
         }
         let (metric, space) = (context.metric, &context.checker.scene().space);
-        let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
+        let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| {
+            uniform(space, rng, out);
+            context.hold(ends[1], out);
+        };
         let roots = self.trees.each_ref().map(|tree| tree.configs.as_slice());
         let mut trees = RrtConnect::new(metric, roots, MAX_EDGE_SHARE * metric.diameter());
         let Some(path) = trees.grow(prover, &mut sample, rng) else {

@@ -110,6 +110,8 @@ impl Follower {
     /// Creates a follower before its first frame. A frame has one answer: `exits` has no effect.
     pub fn new(options: StreamOptions, query: QueryOptions) -> Self {
         let query = QueryOptions { exits: 1, ..query };
+        let hysteresis = if options.continuous { 0.0 } else { options.hysteresis };
+        let options = StreamOptions { hysteresis, ..options };
         Self { options, query, ..Self::default() }
     }
 
@@ -186,15 +188,14 @@ impl Follower {
             let exit = answer.witness.to_vec();
             let before = proxy.config.clone();
             let QueryScratch { evaluator, known, .. } = scratch;
-            let clearance = match detour.next(context, &proxy.config, *max_move) {
-                Some(target) if proxy.goes_straight(context, aim, &target, evaluator) => {
-                    detour.pass(&proxy.config);
-                    aim
-                }
-                _ => {
-                    detour.drop_path();
-                    proxy.follow(context, aim, &known.anchor, evaluator)
-                }
+            let target = detour.next(context, &proxy.config, *max_move);
+            let is_walked = target.is_some_and(|target| proxy.goes_some_way(context, aim, target, evaluator));
+            let clearance = if is_walked {
+                detour.pass(&proxy.config);
+                aim
+            } else {
+                detour.drop_path();
+                proxy.follow(context, aim, &known.anchor, evaluator)
             };
             if let Some(most) = *max_move {
                 proxy.move_at_most(context, &before, most, evaluator);

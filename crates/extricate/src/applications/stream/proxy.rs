@@ -28,6 +28,10 @@ const RETRIED_SHARE: f64 = 0.1;
 const SHRINK_SHARE: f64 = 0.3;
 /// A step is the last if it brings the proxy nearer by less than this share of its distance.
 const TOLERANCE_SHARE: f64 = 1e-3;
+/// A step of a detour that is not proved in one go is halved this often.
+const HALVINGS_OF_A_STEP: usize = 4;
+/// Halvings in which the longest allowed part of a move is found.
+const HALVINGS_OF_A_MOVE: usize = 30;
 /// Contacts are constraints within this multiple of the farthest motion, at least four default
 /// margins.
 const REACH_FACTOR: f64 = 1.2;
@@ -68,23 +72,32 @@ impl Proxy {
         clearance
     }
 
-    /// Moves straight to `target` if all the way is proved free; returns whether it did.
-    pub fn goes_straight(&mut self, context: &Context, aim: f64, target: &[f64], evaluator: &mut Evaluator) -> bool {
+    /// Moves straight toward `target`, all the way or half of it and so on, if that is proved free.
+    /// Returns whether it moved.
+    pub fn goes_some_way(
+        &mut self,
+        context: &Context,
+        aim: f64,
+        mut target: Vec<f64>,
+        evaluator: &mut Evaluator,
+    ) -> bool {
         let aimed = Context { clearance: aim, ..*context };
-        let is_proved = proved(context, &aimed, (&self.config, target), evaluator) >= 1.0;
-        if is_proved {
-            self.config.copy_from_slice(target);
+        for _ in 0..=HALVINGS_OF_A_STEP {
+            if proved(context, &aimed, (&self.config, &target), evaluator) >= 1.0 {
+                self.config.copy_from_slice(&target);
+                return true;
+            }
+            let far = target.clone();
+            context.checker.scene().space.interpolate(&self.config, &far, 0.5, &mut target);
         }
-        is_proved
+        false
     }
 
     /// Shortens the move of a frame that began at `before` and is proved, if it is longer than
     /// `most` (metric units).
     pub fn move_at_most(&mut self, context: &Context, before: &[f64], most: f64, evaluator: &mut Evaluator) {
-        let moved = context.metric.distance(before, &self.config);
-        if moved > most {
-            let mut part = vec![0.0; before.len()];
-            context.checker.scene().space.interpolate(before, &self.config, most / moved, &mut part);
+        if context.metric.distance(before, &self.config) > most {
+            let part = toward(context, before, &self.config, most);
             // Interpolation rounds, and the rounded configuration is not proved.
             let is_free = evaluator.label(context, &part) == Label::Free;
             self.config.copy_from_slice(if is_free { &part } else { before });
@@ -168,6 +181,24 @@ impl Proxy {
             self.config.copy_from_slice(&moved);
         }
     }
+}
+
+/// Returns the last configuration on the segment that is at most `most` (metric units) from its
+/// beginning. Distances of some metrics are no share of the segment's, so it halves the rest.
+pub fn toward(context: &Context, from: &[f64], to: &[f64], most: f64) -> Vec<f64> {
+    let (space, mut reached) = (&context.checker.scene().space, to.to_vec());
+    if context.metric.distance(from, to) <= most {
+        return reached;
+    }
+    let [mut near, mut far] = [0.0, 1.0];
+    for _ in 0..HALVINGS_OF_A_MOVE {
+        let middle = 0.5 * (near + far);
+        space.interpolate(from, to, middle, &mut reached);
+        let is_near = context.metric.distance(from, &reached) <= most;
+        *(if is_near { &mut near } else { &mut far }) = middle;
+    }
+    space.interpolate(from, to, near, &mut reached);
+    reached
 }
 
 /// Returns the share of a straight segment that is proved free.

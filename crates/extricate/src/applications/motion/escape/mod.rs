@@ -74,10 +74,12 @@ pub(super) fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> 
         return options::is_free_already(q);
     }
     let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
-    let mut search = Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+    let mut search =
+        Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default(), has_exit: false };
     search.prover.checks += 1;
     let Some((points, method)) = search.find() else {
-        let needed_tolerance = search.needed_tolerance();
+        // If nothing is free, no tolerance changes that.
+        let needed_tolerance = if search.has_exit { search.needed_tolerance() } else { None };
         return Escape { needed_tolerance, ..found_nothing(&relaxed.colliding, search.prover.checks) };
     };
     finish(search, points, method)
@@ -97,14 +99,18 @@ pub(super) fn shortened_onward(
     let colliding_length =
         |escape: &Escape| path::length(context.metric, &escape.points[..=escape.free_from].concat(), q.len());
     let most = colliding_length(&found);
-    let mut checks = 0;
+    let (limit, mut checks) = (Deadline::of(&options.termination), 0);
     for at in (1..onward.len().min(1 + MAX_SKIPPED_POINTS)).rev() {
-        let mut prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
+        if limit.is_reached(checks) {
+            break;
+        }
+        let mut prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&limit.left(checks)));
         if !prover.proves(q, &onward[at]) {
             checks += prover.checks;
             continue;
         }
-        let search = Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+        let search =
+            Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default(), has_exit: false };
         let escape = finish(search, vec![q.to_vec(), onward[at].clone()], EscapeMethod::Exit);
         checks += escape.checks;
         if escape.is_found() && colliding_length(&escape) <= most {

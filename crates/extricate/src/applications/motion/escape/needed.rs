@@ -17,12 +17,20 @@ impl Search<'_> {
     pub fn needed_tolerance(&mut self) -> Option<f64> {
         TOLERANCES_M.into_iter().filter(|tolerance| *tolerance > self.options.tolerance).find(|tolerance| {
             let (tolerance, termination) = (*tolerance, self.left());
-            let options = EscapeOptions { tolerance, tree_checks: TREE_CHECKS, termination, ..self.options.clone() };
+            let tree_checks = TREE_CHECKS.min(self.options.tree_checks);
+            let options = EscapeOptions { tolerance, tree_checks, termination, ..self.options.clone() };
             let relaxed = Relaxed::at(self.context.checker, self.q, tolerance, &mut CheckScratch::default());
             let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
             let (context, q) = (self.context, self.q);
-            let mut search =
-                Search { context, q, options: &options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+            let mut search = Search {
+                context,
+                q,
+                options: &options,
+                relaxed: &relaxed,
+                prover,
+                query: QueryScratch::default(),
+                has_exit: false,
+            };
             let is_found = !search.prover.is_spent() && search.find().is_some();
             self.prover.checks += search.prover.checks;
             is_found

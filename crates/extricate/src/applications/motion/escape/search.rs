@@ -23,6 +23,8 @@ pub struct Search<'a> {
     /// Proves edges in the set of `relaxed`.
     pub prover: Prover<'a>,
     pub query: QueryScratch,
+    /// Whether a query found any exit.
+    pub has_exit: bool,
 }
 
 impl Search<'_> {
@@ -36,9 +38,10 @@ impl Search<'_> {
             termination: self.left(),
             ..QueryOptions::default()
         };
-        let answer = query(self.context, self.q, &options, &mut self.query)?;
-        self.prover.checks += answer.checks;
-        Some(answer)
+        let answer = query(self.context, self.q, &options, &mut self.query);
+        self.prover.checks += self.query.checks();
+        self.has_exit |= answer.is_some();
+        answer
     }
 
     /// If the end of the path does not keep the aimed clearance, appends a configuration nearby

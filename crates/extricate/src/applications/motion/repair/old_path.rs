@@ -115,7 +115,8 @@ impl<'a> OldPath<'a> {
             if free < 1.0 {
                 let back = prover.proved_until(b, a);
                 let margin = margin / self.metric.distance(a, b);
-                add(at as f64 + (free - margin).max(0.0), at as f64 + 1.0 - (back - margin).max(0.0));
+                let from = (free - margin).max(0.0);
+                add(at as f64 + from, at as f64 + (1.0 - (back - margin).max(0.0)).max(from));
             }
         }
         stretches
