@@ -44,7 +44,8 @@ class Plan:
     """A path between two configurations.
 
     points: configurations from start to goal, (n, nq), joined by proved geodesics; None if no path was found.
-    free_from, free_to: indices into `points` between which the path is proved free: the first and the last if both ends are.
+    free_from: index into `points` from which on the path is proved free; 0 if the start is free.
+    free_to: index into `points` up to which it is proved free; the last one if the goal is free.
     start_escape: path from a colliding start to the free part, an `Escape`; None if the start is free. If it has no points, it
         says why there is no plan.
     goal_escape: the same from a colliding goal; the plan takes it in reverse.
