@@ -164,10 +164,9 @@ fn posture(open: &Bound<'_, PyAny>, scene: &extricate::Scene) -> PyResult<Vec<f6
     found.map(Vec::from).map_err(|error| bad_row("open", 0, true, error))
 }
 
-/// Returns a prepared solver without a model, with the weights of the hand, the scene or the
-/// caller.
+/// Returns a solver without a model, with the weights of the hand, the scene or the caller.
 fn weighted(py: Python<'_>, weights: Option<&Bound<'_, PyAny>>, handle: &Handle) -> PyResult<extricate::Solver> {
-    let Some(given) = weights else { return handle.for_hands(py) };
+    let Some(given) = weights else { return Ok(handle.for_hands(py)) };
     if given.extract::<String>().is_ok_and(|word| word == "scene") {
         return Ok(handle.ready(py)?.without_model());
     }

@@ -80,19 +80,14 @@ impl Handle {
         Ok(solver)
     }
 
-    /// Returns the solver without a model and with the weights of a hand, prepared. It is kept:
-    /// single calls would otherwise measure and prepare the hand each time.
-    ///
-    /// # Errors
-    /// As [`long_call::aside`].
-    pub fn for_hands(&self, py: Python<'_>) -> PyResult<extricate::Solver> {
+    /// Returns the solver without a model and with the weights of a hand. It is kept: single calls
+    /// would otherwise measure and prepare the hand each time.
+    pub fn for_hands(&self, py: Python<'_>) -> extricate::Solver {
         let weighted = || {
             let solver = self.solver.without_model();
             Hand::weighted(self.scene()).and_then(|scene| solver.with_scene(scene).ok()).unwrap_or(solver)
         };
-        let solver = py.detach(|| self.kept.of_hand.get_or_init(weighted).clone());
-        prepare(py, &solver)?;
-        Ok(solver)
+        py.detach(|| self.kept.of_hand.get_or_init(weighted).clone())
     }
 
     /// Checks that weights of joints make sense.

@@ -9,6 +9,9 @@ use super::slide::Slider;
 use crate::cspace::ConfigSpace;
 use crate::metric::Metric;
 
+/// Longest edge of trees in the whole space, as a share of the metric's diameter. A half takes
+/// twice the checks in open scenes (`bench/applications open`).
+pub const MAX_EDGE_SHARE: f64 = 0.2;
 /// Steps of a slide toward a sample; three times as many lead toward the other tree.
 const SLIDE_STEPS: usize = 40;
 /// Longest step of a slide, as a share of the longest edge. With half or twice as much a peg in a
@@ -30,8 +33,8 @@ pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 /// # Source
 /// J. J. Kuffner and S. M. LaValle, "RRT-Connect: an efficient approach to single-query path
 /// planning", ICRA 2000, doi:10.1109/ROBOT.2000.844730. Deviations: edges are proved instead of
-/// sampled, and slide along contacts if they are not straight; either tree may have several roots;
-/// a node that failed is chosen less.
+/// sampled, and may slide along contacts; either tree may have several roots; a node that failed is
+/// chosen less; half of the samples keep some factors of a node.
 pub struct RrtConnect<'a> {
     trees: [Tree<'a>; 2],
     /// Index of the tree that grows next.
@@ -50,7 +53,7 @@ impl<'a> RrtConnect<'a> {
         Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range, slider: None, is_new: true }
     }
 
-    /// Lets edges slide along contacts too. That finds into tight holes; where the trees have but a
+    /// Lets edges slide along contacts too. That finds into tight holes. If the trees have only a
     /// few hundred checks, as in gaps of repairs, straight edges find more.
     pub fn sliding(mut self) -> Self {
         self.slider = Some(Slider::new(self.trees[0].nodes.metric(), SLIDE_STEP_SHARE * self.range));
@@ -186,8 +189,8 @@ impl<'a> Tree<'a> {
     }
 
     /// Replaces some factors of a drawn configuration by those of the node nearest to it. A tree
-    /// then grows from there in the other factors alone: a chain that is held along its length
-    /// moves its end.
+    /// then grows from there in the other factors alone, so a chain with no room along its length
+    /// can still move its end.
     fn keep_some(&self, space: &ConfigSpace, target: &mut [f64], rng: &mut ChaCha8Rng) {
         let node = self.nodes.config(self.node_near(target, 1));
         let factors = space.factors();

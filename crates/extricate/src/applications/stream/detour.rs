@@ -4,9 +4,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::proxy::toward;
-
 use crate::applications::motion::prover::Prover;
-use crate::applications::motion::rrt_connect::RrtConnect;
+use crate::applications::motion::rrt_connect::{MAX_EDGE_SHARE, RrtConnect};
 use crate::applications::motion::shortcut::shortcut;
 use crate::cspace::sampling::uniform;
 use crate::query::evaluate::Evaluator;
@@ -27,8 +26,6 @@ const MAX_CHECKS: usize = 10_000;
 const PAUSE_FRAMES: usize = 200;
 /// Frames until another path is searched if one could not be walked.
 const RETRY_FRAMES: usize = 16;
-/// Longest edge of the trees, as a share of the metric's diameter.
-const MAX_EDGE_SHARE: f64 = 0.2;
 /// Longest move along a detour in one frame, as a share of the metric's diameter.
 const MAX_MOVE_SHARE: f64 = 0.05;
 
@@ -87,7 +84,7 @@ impl Detour {
     /// searched now.
     pub fn is_due(&mut self, context: &Context, depth: f64, nearest: f64) -> bool {
         if depth <= BEHIND_FACTOR * nearest + BEHIND_SHARE * context.metric.diameter() {
-            (self.behind, self.next_search) = (0, MIN_FRAMES_BEHIND);
+            (self.behind, self.next_search) = (0, 0);
             self.path.clear();
             self.begin_anew();
             return false;

@@ -19,7 +19,7 @@ use super::path;
 use super::prover::Prover;
 use super::push_off::push_off;
 use super::roadmap::{Grower, Roadmap, RoadmapContext, grow};
-use super::rrt_connect::RrtConnect;
+use super::rrt_connect::{MAX_EDGE_SHARE, RrtConnect};
 use super::shortcut::shortcut;
 use crate::cspace::Config;
 use crate::cspace::sampling::uniform;
@@ -37,9 +37,6 @@ const SLIDING_CHECKS_FACTOR: usize = 10;
 const ROADMAP_CHECKS_FACTOR: usize = 40;
 /// Maximum checks of one batch of the roadmap: only the next batch knows what it found.
 const MAX_BATCH_CHECKS: usize = 20_000;
-/// Longest edge of a tree, as a share of the metric's diameter. A half takes twice the checks in
-/// open scenes (`bench/applications open`).
-const MAX_EDGE_SHARE: f64 = 0.2;
 
 impl Solver {
     /// Returns a path between two configurations, with every edge proved. An end that collides is
