@@ -120,6 +120,10 @@ def test_frames_stay_frames(planar: Scene) -> None:
     assert planar.check_segments(new.points[:-1], new.points[1:], resolution=2e-5)["contact"].sum() == 0
     with pytest.raises(ValueError, match="max_step"):
         planar.repair(old, max_step=0.1)
+    held = planar.repair(old, frames=True, touch=0.01, max_checks=None)
+    assert held.points is not None and new.touched == 0 < held.kept <= held.touched
+    with pytest.raises(ValueError, match="touch"):
+        planar.repair(old, touch=0.01)
 
 
 def test_repairs_keep_what_is_free(planar: Scene) -> None:

@@ -166,6 +166,7 @@ class _Calls:
         max_deviation: Optional[float] = None,
         frames: bool = False,
         max_step: Optional[float] = None,
+        touch: Optional[float] = None,
         resolution: float = 1e-4,
         seed: int = 0,
         max_checks: Optional[int] = 100_000,

@@ -78,6 +78,8 @@ class Repaired:
     length_before: length of the old path, in the same metric.
     stretches: number of stretches of the old path that were replaced.
     gaps: number of gaps in these stretches that trees had to close.
+    touched: number of pairs that touch, summed over the rows; 0 without `touch`.
+    kept: number of these that touch in the result.
     checks: number of configurations at which the exact checker evaluated anything.
     """
 
@@ -88,4 +90,6 @@ class Repaired:
     length_before: float
     stretches: int
     gaps: int
+    touched: int
+    kept: int
     checks: int

@@ -16,21 +16,24 @@ use crate::solver::handle::Handle;
 static REPAIRED: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `repair`, in the order of its signature.
-pub type Keywords = (Option<f64>, Option<f64>, bool, Option<f64>, f64, u64, Option<Whole>, Option<f64>);
+pub type Keywords = (Option<f64>, Option<f64>, bool, Option<f64>, Option<f64>, f64, u64, Option<Whole>, Option<f64>);
 
 pub fn repair<'py>(handle: &Handle, path: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {
     let (py, space) = (path.py(), handle.scene().space());
-    let (aim, max_deviation, frames, max_step, resolution, seed, max_checks, max_seconds) = keywords;
+    let (aim, max_deviation, frames, max_step, touch, resolution, seed, max_checks, max_seconds) = keywords;
     let old = configs("path", path, space)?.values().to_vec();
     let watch = long_call::Watch::new();
     let termination = termination(max_checks, max_seconds)?.stop(watch.stop());
     let mut options = RepairOptions::default().resolution(resolution).seed(seed).termination(termination);
-    (options.aim, options.max_deviation, options.frames, options.max_step) = (aim, max_deviation, frames, max_step);
+    (options.aim, options.max_deviation) = (aim, max_deviation);
+    (options.frames, options.max_step, options.touch) = (frames, max_step, touch);
     let solver = handle.ready(py)?;
     let repair = || solver.repair(Rows::new(&old, space.nq())?, &options);
     let found = py.detach(|| watch.over(repair))?.map_err(exception)?;
-    let Repaired { points, places, deviation, length, length_before, stretches, gaps, checks, .. } = found;
+    let Repaired { points, places, deviation, length, length_before, stretches, gaps, touched, kept, checks, .. } =
+        found;
     let places = PyArray1::from_vec(py, places);
-    let fields = (rows(py, &points)?, places, deviation, length, length_before, stretches, gaps, checks);
+    let points = rows(py, &points)?;
+    let fields = (points, places, deviation, length, length_before, stretches, gaps, touched, kept, checks);
     REPAIRED.import(py, PYTHON_MODULE, "Repaired")?.call1(fields)
 }

@@ -261,6 +261,9 @@ macro_rules! calls {
             ///     each, at the same time, 0.5 mm off what it touches unless `aim` says otherwise.
             /// max_step: with frames, the longest step from row to row, in the scene's metric. The
             ///     result lags behind longer steps. None for no limit.
+            /// touch: with frames, pairs of bodies that are at most this far apart [m] beyond the
+            ///     clearance in a row, or overlap there, stay as near if they can, such as feet and
+            ///     ground. None keeps no contacts.
             /// resolution: how finely edges are proved [m].
             /// seed: seed of all random numbers.
             /// max_checks, max_seconds: limits at which to give up.
@@ -268,7 +271,7 @@ macro_rules! calls {
             /// Returns a `Repaired`; its `points` are None if no path was found.
             ///
             /// Raises ValueError for a wrong shape, rows beyond limits, options that make no sense.
-            #[pyo3(signature = (path, *, aim = None, max_deviation = None, frames = false, max_step = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, frames=False, max_step=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
+            #[pyo3(signature = (path, *, aim = None, max_deviation = None, frames = false, max_step = None, touch = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, frames=False, max_step=None, touch=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
             fn repair<'py>(
                 &self,
                 path: &Bound<'py, PyAny>,
@@ -276,12 +279,13 @@ macro_rules! calls {
                 max_deviation: Option<f64>,
                 frames: bool,
                 max_step: Option<f64>,
+                touch: Option<f64>,
                 resolution: f64,
                 seed: Seed,
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (aim, max_deviation, frames, max_step, resolution, seed.0, max_checks, max_seconds);
+                let keywords = (aim, max_deviation, frames, max_step, touch, resolution, seed.0, max_checks, max_seconds);
                 repair::repair(self.handle(), path, keywords)
             }
 

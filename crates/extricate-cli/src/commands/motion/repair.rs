@@ -52,6 +52,10 @@ pub struct RepairArgs {
     /// behind longer steps
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     max_step: Option<f64>,
+    /// With --frames: pairs of bodies that are at most this far apart in a line, or overlap there,
+    /// stay as near if they can, such as feet and ground
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, requires = "frames")]
+    touch: Option<f64>,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
@@ -82,7 +86,7 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     configs.conclude()?;
     let mut options = RepairOptions::default().seed(args.seed);
     (options.aim, options.max_deviation) = (args.aim, args.max_deviation);
-    (options.frames, options.max_step) = (args.frames, args.max_step);
+    (options.frames, options.max_step, options.touch) = (args.frames, args.max_step, args.touch);
     options.termination = args::termination(Some(args.max_checks), args.max_seconds);
     let rows = Rows::new(&points, scene.space().nq())?;
     let repaired = busy("repairing", || solver.repair(rows, &options))?;

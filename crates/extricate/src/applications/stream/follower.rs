@@ -13,7 +13,8 @@ use crate::query::nearest_exit::find;
 use crate::query::plan::Plan;
 use crate::query::report::report;
 use crate::query::search::{Hint, Search, Turn};
-use crate::query::{Answer, Context, Effort, QueryOptions, QueryScratch, Termination};
+use crate::query::{Answer, Context, Effort, QueryOptions, QueryScratch, Termination, TouchingPairs};
+use crate::scene::PairId;
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +82,10 @@ pub struct Follower {
     detour: Detour,
     /// Longest move of the proxy in a frame (metric units).
     max_move: Option<f64>,
+    /// Pairs that the proxy keeps in touch, if it can.
+    held: Vec<PairId>,
+    /// Largest distance of a held pair beyond the clearance \[m\].
+    touch: f64,
 }
 
 /// Results of a frame that the next one uses.
@@ -133,6 +138,12 @@ impl Follower {
         self.max_move = Some(most);
     }
 
+    /// Makes the proxy keep these pairs within `touch` \[m\] beyond the clearance in the next
+    /// frames, if it can.
+    pub fn hold(&mut self, pairs: Vec<PairId>, touch: f64) {
+        (self.held, self.touch) = (pairs, touch);
+    }
+
     /// Returns the number of checks of the last frame.
     pub fn checks(&self) -> usize {
         self.scratch.checks()
@@ -174,7 +185,7 @@ impl Follower {
         let aim =
             options.clearance.unwrap_or(context.clearance + DEFAULT_MARGIN_M).max(context.clearance + MIN_MARGIN_M);
         let asked = QueryOptions { clearance: None, ..options.clone() };
-        let Self { options: own, scratch, last, proxy, detour, max_move, .. } = self;
+        let Self { options: own, scratch, last, proxy, detour, max_move, held, touch, .. } = self;
         under(context, q, &asked, scratch, |context, options, hint, scratch| {
             let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             last.keep(&answer);
@@ -195,7 +206,8 @@ impl Follower {
                 aim
             } else {
                 detour.drop_path();
-                proxy.follow(context, aim, &known.anchor, evaluator)
+                let touching = TouchingPairs { pairs: held, most: context.clearance + *touch };
+                proxy.follow(&Context { touching, ..*context }, aim, &known.anchor, evaluator)
             };
             if let Some(most) = *max_move {
                 proxy.move_at_most(context, &before, most, evaluator);

@@ -7,6 +7,7 @@ mod proxy;
 use std::fmt;
 
 pub use follower::{Follower, StreamOptions};
+pub(crate) use proxy::DEFAULT_MARGIN_M;
 
 use crate::cspace::Config;
 use crate::error::{Error, Result};

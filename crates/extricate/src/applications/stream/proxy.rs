@@ -8,7 +8,7 @@ use crate::collision::{ContactQuery, ContactSearch, SegmentBudget, SegmentOption
 use crate::cspace::Label;
 use crate::metric::Anchor;
 use crate::query::constraints::MAX_HALVINGS;
-use crate::query::context::Context;
+use crate::query::context::{Context, TouchingPairs};
 use crate::query::descent::subproblem::Subproblem;
 use crate::query::evaluate::Evaluator;
 use crate::query::plan::MARGIN;
@@ -57,7 +57,8 @@ pub struct Proxy {
 impl Proxy {
     /// Moves toward the anchor along contacts at the clearance `aim` \[m\]. It exceeds the scene's,
     /// so that every straight move is proved free in `context`. In too narrow a place, the excess
-    /// is halved until the proxy can move. Returns the clearance that was aimed at last.
+    /// is halved until the proxy can move. Pairs that touch in `context` stay in touch if they can.
+    /// Returns the clearance that was aimed at last.
     pub fn follow(&mut self, context: &Context, aim: f64, anchor: &Anchor, evaluator: &mut Evaluator) -> f64 {
         let (mut clearance, before) = (aim, self.config.clone());
         for halvings in 0..=MAX_HALVINGS {
@@ -157,8 +158,13 @@ impl Proxy {
         let poses = evaluator.check.poses();
         let Self { subproblem, config, target, .. } = self;
         aimed.metric.quadratic_model(anchor, config, poses, &mut subproblem.quadratic);
-        subproblem.build(aimed, config, radius, (&evaluator.contacts, poses));
-        if subproblem.solve(f64::INFINITY) == QpOutcome::Infeasible {
+        let apart = Context { touching: TouchingPairs::default(), ..*aimed };
+        // Pairs that cannot all stay in touch may part.
+        let is_possible = [aimed, &apart].into_iter().any(|context| {
+            subproblem.build(context, config, radius, (&evaluator.contacts, poses));
+            subproblem.solve(f64::INFINITY) != QpOutcome::Infeasible
+        });
+        if !is_possible {
             self.is_tight = true;
             return None;
         }

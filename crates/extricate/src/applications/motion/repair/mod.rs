@@ -113,6 +113,8 @@ impl Repairer<'_> {
             deviation,
             stretches,
             gaps: self.gaps,
+            touched: self.touched,
+            kept: self.kept,
             checks: self.prover.checks,
         }
     }

@@ -26,6 +26,10 @@ pub struct RepairOptions {
     /// With [`RepairOptions::frames`]: the longest step from frame to frame, in metric units. The
     /// result lags behind steps that are longer. `None` means no limit.
     pub max_step: Option<f64>,
+    /// With [`RepairOptions::frames`]: pairs that are at most this far apart \[m\] beyond the
+    /// clearance in a row, or overlap there, stay as near in the result if they can. `None` keeps
+    /// no contacts.
+    pub touch: Option<f64>,
     /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
     /// The seed of all random numbers.
@@ -40,6 +44,7 @@ setters! {
         max_deviation: f64 = Some,
         frames: bool,
         max_step: f64 = Some,
+        touch: f64 = Some,
         resolution: f64,
         seed: u64,
         termination: Termination,
@@ -50,7 +55,16 @@ impl Default for RepairOptions {
     /// Proves edges to 0.1 mm, and ends after 100,000 checks.
     fn default() -> Self {
         let termination = Termination::after_checks(100_000);
-        Self { aim: None, max_deviation: None, frames: false, max_step: None, resolution: 1e-4, seed: 0, termination }
+        Self {
+            aim: None,
+            max_deviation: None,
+            frames: false,
+            max_step: None,
+            touch: None,
+            resolution: 1e-4,
+            seed: 0,
+            termination,
+        }
     }
 }
 
@@ -60,11 +74,14 @@ impl RepairOptions {
             ("aim", self.aim.unwrap_or(0.0)),
             ("max_deviation", self.max_deviation.unwrap_or(0.0)),
             ("max_step", self.max_step.unwrap_or(0.0)),
+            ("touch", self.touch.unwrap_or(0.0)),
             ("resolution", self.resolution),
         ];
-        if let Some(step) = self.max_step.filter(|step| !self.frames || *step == 0.0) {
-            let expected = "none without `frames`, and more than 0 with it".into();
-            return Err(Error::Option { name: "max_step", value: step.to_string(), expected });
+        for (name, value) in [("max_step", self.max_step), ("touch", self.touch)] {
+            if let Some(value) = value.filter(|value| !self.frames || *value == 0.0) {
+                let expected = "none without `frames`, and more than 0 with it".into();
+                return Err(Error::Option { name, value: value.to_string(), expected });
+            }
         }
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, value)) => {
@@ -101,6 +118,10 @@ pub struct Repaired {
     pub stretches: usize,
     /// Number of gaps in these stretches that trees had to close.
     pub gaps: usize,
+    /// Number of pairs that touch, summed over the rows; 0 without [`RepairOptions::touch`].
+    pub touched: usize,
+    /// Number of these that touch in the result.
+    pub kept: usize,
     /// Number of configurations at which the exact checker evaluated anything.
     pub checks: usize,
 }

@@ -24,6 +24,10 @@ pub struct Repairer<'a> {
     pub rng: ChaCha8Rng,
     /// Number of edges between pushed points that were not proved.
     pub gaps: usize,
+    /// Number of pairs that touch, summed over the rows.
+    pub touched: usize,
+    /// Number of these that touch in the result.
+    pub kept: usize,
 }
 
 impl<'a> Repairer<'a> {
@@ -40,6 +44,8 @@ impl<'a> Repairer<'a> {
             query: QueryScratch::default(),
             rng: ChaCha8Rng::seed_from_u64(options.seed),
             gaps: 0,
+            touched: 0,
+            kept: 0,
         }
     }
 

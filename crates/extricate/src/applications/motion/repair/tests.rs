@@ -1,10 +1,13 @@
 //! Tests repairs against samples along them.
 
+use std::path::Path;
+
 use super::*;
 use crate::applications::motion::testing::{along, labelled};
 use crate::collision::CheckScratch;
 use crate::cspace::Label;
 use crate::query::Termination;
+use crate::scene::assemble::assemble;
 use crate::scene::builtin;
 use crate::solver::Solver;
 
@@ -101,4 +104,40 @@ fn frames_stay_frames_and_steps_are_bounded() {
     let solver = Solver::new(builtin::scene("planar-arm").unwrap());
     let message = solver.repair(Rows::new(&[0.0; 3], 3).unwrap(), &RepairOptions::default().max_step(0.1)).unwrap_err();
     assert!(message.to_string().contains("max_step"), "{message}");
+}
+
+/// A ball that is carried along the floor has to pass a mound: the nearest way leads over it, the
+/// way that keeps the contact with the floor leads around.
+#[test]
+fn pairs_that_touch_stay_in_touch() {
+    let axis = |name: &str, [parent, child]: [&str; 2], xyz: &str| {
+        format!(
+            "<joint name='{name}' type='prismatic'><parent link='{parent}'/><child link='{child}'/><axis xyz='{xyz}'/>\
+             <limit lower='-1' upper='1' effort='1' velocity='1'/></joint>"
+        )
+    };
+    let axes = axis("x", ["rail", "cross"], "1 0 0")
+        + &axis("y", ["cross", "lift"], "0 1 0")
+        + &axis("z", ["lift", "ball"], "0 0 1");
+    let urdf = format!(
+        "<robot name='carried'><link name='rail'/><link name='cross'/><link name='lift'/><link name='ball'>\
+         <collision><geometry><sphere radius='0.05'/></geometry></collision></link>{axes}</robot>"
+    );
+    let scene = "[[robot]]\nurdf = \"carried.urdf\"\n\
+                 [[obstacle]]\nname = \"floor\"\nshape = { box = [2.0, 2.0, 0.1] }\npose = { xyz = [0.0, 0.0, -0.05] }\n\
+                 [[obstacle]]\nname = \"mound\"\nshape = { sphere = 0.1 }\npose = { xyz = [0.0, 0.0, -0.03] }\n";
+    let scene = assemble(Path::new("carried.toml"), scene, &mut |_| Ok(urdf.as_bytes().to_vec())).unwrap();
+    let solver = Solver::new(scene);
+    let rows: Vec<f64> = (0..=200).flat_map(|k| [-0.4 + 0.004 * f64::from(k), 0.03, 0.051]).collect();
+    let rows = Rows::new(&rows, 3).unwrap();
+    let options = RepairOptions::default().frames(true);
+    let free = solver.repair(rows, &options).unwrap();
+    assert!(free.is_found() && free.points.iter().any(|q| q[2] > 0.06), "the nearest way leads over the mound");
+    let held = solver.repair(rows, &options.touch(2e-3)).unwrap();
+    assert!(held.is_found() && held.points.iter().all(|q| q[2] < 0.0521), "{:?}", held.points);
+    // The floor in every row, and the mound in those that collide.
+    assert!(held.touched > 201 && held.kept == held.touched, "{} of {}", held.kept, held.touched);
+    along(solver.checker(), &held.points, |p| {
+        assert_eq!(solver.checker().label(p, &mut CheckScratch::default()), Label::Free);
+    });
 }
