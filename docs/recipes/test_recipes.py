@@ -3,6 +3,7 @@
 import pathlib
 
 import depth_image
+import extricate
 import moveit_scene
 import moving_obstacle
 import mujoco_penetration
@@ -11,11 +12,13 @@ import object_in_gripper
 import octomap_file
 import ompl_sampler
 import ompl_start
+import outside_plan
 import penalty_force
 import pinocchio_projection
 import plot_plane
 import pytest
 import start_outside
+import toppra_times
 import viser_sliders
 
 
@@ -104,3 +107,36 @@ def test_a_penalty_force_makes_little_energy_along_closed_loops() -> None:
     assert np.median(asked) < 0.01 and asked.max() < 0.05
     # A proxy that is held behind something remembers its path: this force has no potential.
     assert continuous.max() > 0.05
+
+
+def test_times_keep_the_proof_and_the_limits() -> None:
+    scene, points, motion, (q, rates, accelerations), (velocity, acceleration), stops, lost = toppra_times.main()
+    assert q[0] == pytest.approx(points[0]) and q[-1] == pytest.approx(points[-1])
+    assert scene.distances(q).min() > scene.clearance / 2
+    assert scene.check_segments(q[:-1], q[1:])["free"].all()
+    assert (np.abs(rates) <= velocity + 1e-9).all() and (np.abs(accelerations) <= acceleration + 1e-9).all()
+    # The derivatives belong to the positions: central differences agree where no blend begins or ends.
+    step = motion.duration / (len(q) - 1)
+    assert np.median(np.abs((q[2:] - q[:-2]) / (2 * step) - rates[1:-1])) < 1e-3
+    assert motion.duration < 0.95 * stops and lost > 0.05
+
+
+def test_times_are_refused_for_a_path_that_collides() -> None:
+    scene = extricate.Scene.builtin("shelf-arm")
+    points = scene.sample(2, seed=41, colliding=False)
+    with pytest.raises(ValueError, match="from point 0 is not proved free"):
+        toppra_times.rounded(scene, points, 1.5)
+
+
+def test_a_plan_of_another_program_is_proved_and_repaired(tmp_path: pathlib.Path) -> None:
+    scene, names, rows, path, free_from, wrong = outside_plan.main(tmp_path)
+    own = [joint.name for joint in scene.joints]
+    order = [names.index(name) for name in own]
+    assert order != list(range(scene.nq))
+    old, new = rows[:, order], path[:, order]
+    assert not scene.check(old[0]) and wrong[0].startswith("row 0: ")
+    assert scene.check_segments(old[1:-1], old[2:])["contact"].any() and any("edge from row 1 to 2" in line for line in wrong)
+    assert free_from > 0 and scene.check_segments(new[free_from:-1], new[free_from + 1 :])["free"].all()
+    assert (path[0] == rows[0]).all() and (path[-1] == rows[-1]).all()
+    with pytest.raises(ValueError, match="in any order"):
+        outside_plan.proved(scene, ["elbow", *names[1:]], rows)
