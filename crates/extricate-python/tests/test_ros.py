@@ -17,12 +17,13 @@ from extricate import Robot, Scene, _ros_messages, ros
 pytest.importorskip("rosbags")
 SCENE, JOINTS = "moveit_msgs/msg/PlanningScene", "sensor_msgs/msg/JointState"
 WALL: Set[Tuple[int, ...]] = {(5, j, k) for j in range(-8, 8) for k in range(4, 12)} | set(itertools.product((-6, -5), (0, 1), (4, 5)))
-# A continuous joint, and one that follows it.
+# A continuous joint, one that another follows, so that it does not wrap, and the follower.
 WHEEL = """<robot name="wheel"><link name="base"/>
-<link name="rim"><collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link><link name="hub"/>
+<link name="rim"><collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link><link name="hub"/><link name="cap"/>
 <joint name="turn" type="continuous"><parent link="base"/><child link="rim"/><axis xyz="0 0 1"/></joint>
+<joint name="led" type="continuous"><parent link="base"/><child link="cap"/><axis xyz="0 0 1"/></joint>
 <joint name="half" type="revolute"><parent link="base"/><child link="hub"/><axis xyz="0 0 1"/>
-<mimic joint="turn" multiplier="0.5"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
+<mimic joint="led" multiplier="0.5"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
 
 
 def tree(cells: Set[Tuple[int, ...]], full: bool, colour: bytes = b"") -> bytes:
@@ -276,21 +277,24 @@ def test_states_of_more_and_fewer_joints(arm: Scene) -> None:
             ros.state(arm, wrong)
 
 
+@pytest.mark.filterwarnings("ignore:joint `led`", "ignore:no pair of bodies")
 @pytest.mark.parametrize("base", ["planar", "floating"])
 def test_a_moving_base_is_placed_by_its_transform(base: str) -> None:
     size = 2 if base == "planar" else 3
     scene = Scene(Robot(WHEEL, base=base, bounds=([-5] * size, [5] * size)))
     turn = {"translation": {"x": 1.0, "y": 2.0, "z": 0.0}, "rotation": {"x": 0.0, "y": 0.0, "z": 0.6, "w": 0.8}}
     message = {
-        "joint_state": {"name": ["turn"], "position": [0.3]},
+        "joint_state": {"name": ["led", "turn"], "position": [0.2, 0.3]},
         "multi_dof_joint_state": {"joint_names": ["world_joint"], "transforms": [turn]},
     }
     expected = [1, 2, 2 * np.arctan2(0.6, 0.8)] if base == "planar" else [1, 2, 0, 0, 0, 0.6, 0.8]
     for given in (message, ros.from_cdr(ros.to_cdr(message, "moveit_msgs/msg/RobotState"), "moveit_msgs/msg/RobotState")):
-        assert ros.state(scene, given) == pytest.approx([*expected, 0.3])
-    assert ros.joint_state(scene, [*expected, 0.3])["name"] == ["turn", "half"]
+        q = ros.state(scene, given)
+        assert q[:-2] == pytest.approx(expected)
+        assert [scene.positions(q)[name] for name in ("turn", "led", "half")] == pytest.approx([0.3, 0.2, 0.1])
+    assert set(ros.joint_state(scene, q)["name"]) == {"turn", "led", "half"}
     with pytest.warns(UserWarning, match="no planar or floating joint world_joint: left out"):
-        assert ros.state(Scene(WHEEL), message) == pytest.approx([0.3])
+        assert sorted(ros.state(Scene(WHEEL), message)) == pytest.approx([0.2, 0.3])
     if base == "planar":
         turn["rotation"] = {"x": 0.6, "y": 0.0, "z": 0.0, "w": 0.8}
         with pytest.raises(ValueError, match=r"world_joint: got the rotation \[0.6, 0.0, 0.0, 0.8\], expected one about z"):
@@ -326,13 +330,14 @@ def test_trajectories_there_and_back(arm: Scene) -> None:
             ros.joint_trajectory(arm, points, due)
 
 
+@pytest.mark.filterwarnings("ignore:joint `led`", "ignore:no pair of bodies")
 def test_continuous_joints_turn_on() -> None:
     wheel = Scene(WHEEL)
-    turned = np.array([[3.0], [-3.1], [-3.0], [3.1]])
-    message = ros.joint_trajectory(wheel, turned)
-    assert message["joint_names"] == ["turn"]
-    assert [p["positions"][0] for p in message["points"]] == pytest.approx([3.0, 2 * np.pi - 3.1, 2 * np.pi - 3.0, 3.1])
-    assert ros.trajectory(wheel, message)[0] == pytest.approx(turned)
+    angles = np.array([3.0, -3.1, -3.0, 3.1])
+    message = ros.joint_trajectory(wheel, np.stack([angles, angles], axis=1))
+    rows = {name: [point["positions"][at] for point in message["points"]] for at, name in enumerate(message["joint_names"])}
+    assert rows["turn"] == pytest.approx([3.0, 2 * np.pi - 3.1, 2 * np.pi - 3.0, 3.1]) and (rows["led"] == angles).all()
+    assert ros.trajectory(wheel, message)[0] == pytest.approx(np.stack([angles, angles], axis=1))
 
 
 def test_bytes_of_the_wrong_type_and_unknown_fields(arm: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

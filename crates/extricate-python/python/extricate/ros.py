@@ -135,8 +135,8 @@ def cloud(message: Any, pose: Any, *, radius: float = 0.0, name: Optional[str] =
         kind = np.dtype(order + _POINT_TYPES[code])
         if not 0 <= offset <= step - kind.itemsize:
             raise ValueError(f"PointCloud2.fields.{axis}.offset: got {offset}, expected 0 to {step - kind.itemsize}")
-        shape = (height, width) if needed else (0, 0)
-        columns.append(np.ndarray(shape, kind, data, offset, (row, step)).astype(np.float64).ravel())
+        found = np.ndarray((height, width), kind, data, offset, (row, step)) if needed else np.empty(0)
+        columns.append(found.astype(np.float64).ravel())
     points = np.stack(columns, axis=1)
     matrix = _matrix(pose)
     points = points[np.isfinite(points).all(axis=1)] @ matrix[:3, :3].T + matrix[:3, 3]
@@ -190,7 +190,9 @@ def joint_trajectory(scene: Scene, points: npt.ArrayLike, times: Optional[npt.Ar
     if not (np.isfinite(rows).all() and np.isfinite(due).all() and (due >= 0).all() and (np.diff(due) >= 0).all()):
         raise ValueError("points, times: expected finite numbers, and times from 0 that ascend")
     joints = [joint for joint in scene.joints if joint.stop - joint.start == 1]
-    columns = [np.unwrap(rows[:, j.start]) if j.kind == "continuous" else rows[:, j.start] for j in joints]
+    # A continuous joint that another one follows does not wrap.
+    wraps = scene._config_anywhere({**_rest(scene), **{joint.name: 4.0 for joint in joints}}) < 0
+    columns = [np.unwrap(rows[:, j.start]) if wraps[j.start] else rows[:, j.start] for j in joints]
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
     rest: Dict[str, Any] = {"velocities": [], "accelerations": [], "effort": []}
     found = []
@@ -201,12 +203,15 @@ def joint_trajectory(scene: Scene, points: npt.ArrayLike, times: Optional[npt.Ar
     return {"header": header, "joint_names": [joint.name for joint in joints], "points": found}
 
 
+def _rest(scene: Scene) -> Dict[str, List[float]]:
+    """Returns positions of all joints with coordinates: zeros, and no rotation."""
+    sizes = {joint.name: (joint.stop - joint.start, joint.kind in ("floating", "spherical")) for joint in scene.joints}
+    return {name: [0.0] * (size - 1) + [float(turns)] for name, (size, turns) in sizes.items()}
+
+
 def _known(scene: Scene, names: Sequence[str], place: str) -> List[int]:
     """Returns the indices of names that joints of the scene have, after a warning with the others."""
-    q = np.zeros(scene.nq)
-    for joint in scene.joints:
-        q[joint.stop - 1] = float(joint.kind in ("floating", "spherical"))
-    has = scene.positions(q)
+    has = scene.positions(scene._config_anywhere(_rest(scene)))
     others = [name for name in names if name not in has]
     if others:
         warnings.warn(f"{place}: the scene has no joint {', '.join(others)}: left out", UserWarning, stacklevel=3)
