@@ -54,7 +54,7 @@ def main(folder=None):
         "world": {"collision_objects": [TABLE, BOX], "octomap": {"octomap": octomap}},
         "robot_state": {"attached_collision_objects": [HELD]},
     }
-    start = [2.3, -1.7, 0.0, 0.7, 0.0, 2.0, 0.0]
+    start = [2.4, -0.5, -0.1, 1.8, -1.0, 0.5, -1.3]  # the can is in the wall
     write(folder / "robot", [("/planning_scene", SCENE, scene), ("/joint_states", JOINTS, ros.joint_state(robot, start))])
 
     held = read(folder / "robot")
