@@ -12,6 +12,7 @@ from typing import Any, Dict, List, Set, Tuple
 import numpy as np
 import pytest
 
+import extricate
 from extricate import Robot, Scene, _ros_messages, ros
 
 pytest.importorskip("rosbags")
@@ -163,6 +164,16 @@ def test_dicts_objects_and_bytes_are_the_same_world(arm: Scene, message: Dict[st
     Q = worlds[0].sample(100, seed=1)
     for world in worlds[1:]:
         assert world.pairs == worlds[0].pairs and (world.distances(Q) == worlds[0].distances(Q)).all()
+
+
+def test_a_message_with_an_octomap_is_written_as_a_scene_file(arm: Scene, message: Dict[str, Any], tmp_path: pathlib.Path) -> None:
+    del message["robot_state"]["joint_state"]
+    (tmp_path / "scene.json").write_text(json.dumps(message))
+    written = extricate.import_world(tmp_path / "scene.json", tmp_path / "world.toml", robot=arm)
+    assert written == [tmp_path / "world.toml", tmp_path / "world-meshes" / "_octomap_.csv"]
+    world, again = ros.planning_scene(arm, message), arm.in_world(written[0])
+    Q = world.sample(100, seed=1)
+    assert again.pairs == world.pairs and (again.distances(Q) == world.distances(Q)).all()
 
 
 def test_faults_of_a_planning_scene_name_the_field(arm: Scene, message: Dict[str, Any]) -> None:

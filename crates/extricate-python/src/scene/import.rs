@@ -46,7 +46,7 @@ impl Scene {
     }
 }
 
-/// Writes a world of MoveIt as a scene file, and its meshes into a folder beside it.
+/// Writes a world of MoveIt as a scene file, its meshes and octomap into a folder beside it.
 ///
 /// path: .scene text, or a PlanningScene as .yaml or .json.
 /// output: the scene file to write (TOML).
