@@ -17,6 +17,7 @@ import penalty_force
 import pinocchio_projection
 import plot_plane
 import pytest
+import ros_bag
 import start_outside
 import toppra_times
 import viser_sliders
@@ -85,6 +86,16 @@ def test_a_planning_scene_and_a_joint_state_are_enough(tmp_path: pathlib.Path) -
     assert not world.check(start) and answer.verified and world.check(answer.witness)
     assert list(repaired)[:2] == ["joint_1", "joint_2"] and (world.config(repaired) == answer.witness).all()
     assert len(near) and (near["distance"] < 0.02).all() and (near["distance"] > 0).any()
+
+
+def test_a_bag_is_read_and_the_answer_is_written_into_one(tmp_path: pathlib.Path) -> None:
+    world, octomap, cells, q, answer, again = ros_bag.main(tmp_path)
+    assert world.bodies[-4:] == ["table", "box", "<octomap>", "can"]
+    # The octomap is OctoMap's own; it holds every cell that was set.
+    found = np.asarray(extricate.ros.octomap(octomap, None).occupied)
+    assert len(found) == cells and (found[:, 0] == 12).all() and sorted(set(found[:, 1])) == list(range(-12, 12))
+    assert answer.colliding == [("<octomap>", "can")] and answer.verified
+    assert again == pytest.approx(answer.witness, abs=1e-15) and world.check(answer.witness)
 
 
 def test_the_map_of_a_file_is_one_obstacle() -> None:

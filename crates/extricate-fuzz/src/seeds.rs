@@ -51,7 +51,9 @@ const WORLD_TEXT: &str = "(noname)+++\n* table\n0.5 0 0.1\n0 0 0 1\n4\nbox\n0.4 
 
 const WORLD_YAML: &str = "world:\n  collision_objects:\n  - id: box\n    header: {frame_id: world}\n    primitives:\n\
     \x20   - {type: 1, dimensions: [0.1, 0.2, 0.3]}\n    primitive_poses:\n    - position: {x: 1, y: 0, z: 2}\n\
-    \x20     orientation: {x: 0, y: 0, z: 0, w: 1}\n    operation: 0\nallowed_collision_matrix:\n\
+    \x20     orientation: {x: 0, y: 0, z: 0, w: 1}\n    operation: 0\n  octomap:\n\
+    \x20   octomap: {binary: true, id: OcTree, resolution: 0.1, data: AMADAAMAAwADAAMAAwADAAMAAwADAAMAAwADAAMACgA=}\n\
+    allowed_collision_matrix:\n\
     \x20 entry_names: [box, link_1]\n  entry_values:\n  - enabled: [false, true]\n  - enabled: [true, false]\n\
     \x20 default_entry_names: [box]\n  default_entry_values: [true]\nlink_padding:\n- {link_name: link_1, padding: 0.01}\n";
 

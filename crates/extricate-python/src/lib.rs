@@ -18,6 +18,10 @@ mod solver;
 #[pyo3::pymodule]
 mod _extricate {
     #[pymodule_export]
+    use super::entries::pose::_pose_matrix;
+    #[pymodule_export]
+    use super::entries::scenery::_octree_cells;
+    #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]
     use super::model::learning::learn;

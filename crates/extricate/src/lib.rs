@@ -68,6 +68,7 @@ pub use solver::{Answered, Sampler, Solver};
 /// Shapes and poses of bodies, for scenes that are changed in code.
 pub mod geometry {
     pub use crate::math::Pose;
+    pub use crate::robot::formats::octree::Octree;
     pub use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
     pub use crate::scene::Body;
 }
@@ -101,7 +102,8 @@ pub mod files {
     pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
     pub use crate::io::{
         GrowingFile, OutputLock, check_model_output, check_not_read, check_output, check_regular, check_roadmap_output,
-        find_package, is_same_output, load_roadmap, load_world, save_roadmap, write_atomically, write_together,
+        find_package, is_same_output, load_roadmap, load_world, load_world_text, save_roadmap, write_atomically,
+        write_together,
     };
     pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
 }

@@ -6,9 +6,8 @@
 use std::ffi::c_char;
 use std::path::Path;
 
-use extricate::entries::{assemble_world, parse};
-use extricate::files::{Imported, import, is_foreign, load_world};
-use extricate::{LoadLimits, LoadOptions, Scene};
+use extricate::files::{load_world, load_world_text};
+use extricate::{LoadOptions, Scene};
 
 use super::handles::ExtricateScene;
 use super::types::{ExtricateObstacle, ExtricatePose, ExtricateStatus};
@@ -174,13 +173,7 @@ fn change(
 }
 
 fn in_world_of_text(scene: &Scene, name: &str, text: &str) -> Result<Scene> {
-    let path = Path::new(name);
-    if !is_foreign(path) {
-        return Ok(assemble_world(scene, name, &parse(name, text)?)?);
-    }
-    let Imported { entries, notes } = import(path, text, Some(scene), &LoadLimits::default())?;
-    let notes = notes.into_iter().map(|note| format!("{name}: {note}"));
-    Ok(assemble_world(scene, name, &entries)?.with_warnings(notes))
+    Ok(load_world_text(scene, name, text, &LoadOptions::default())?)
 }
 
 #[cfg(test)]

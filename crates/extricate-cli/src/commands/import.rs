@@ -17,8 +17,8 @@ use crate::report::counted;
 #[command(
     after_help = "FILE is MoveIt's .scene text, or a PlanningScene as YAML (`ros2 topic echo --full-length`, Robowflex) or JSON \
                         (rosbridge). The command imports obstacles, attached objects with the bodies that they may touch, \
-                        allowed collisions and padding. It writes meshes to a folder beside the scene file. It lists content \
-                        that it skips, or imports as something else, on standard error and at the head of the scene file.\n\n\
+                        allowed collisions and padding. It writes meshes and octomaps to a folder beside the scene file. It \
+                        lists content that it skips, or imports as something else, on standard error and at the head of the scene file.\n\n\
                         Without --robot the scene file is a world, for `extricate query ROBOT --world WORLD`. Such a query \
                         also accepts FILE itself."
 )]

@@ -1,12 +1,13 @@
-//! Reads poses from Python: arrays, or a dict with the keys of a scene file.
+//! Reads poses from Python: arrays, or a dict with the keys of a scene file; returns transforms.
 
 use extricate::entries::PoseEntry;
-use numpy::PyUntypedArrayMethods;
+use numpy::{PyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::{by_name, unknown};
+use crate::error::exception;
 use crate::rows::arrays::{floats, numbers, tuple};
 
 /// Largest deviation of a rotation matrix from an orthonormal one, such as one rounded to
@@ -38,6 +39,16 @@ pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
             tuple(shape)
         ))),
     }
+}
+
+/// Returns a pose, in any form that `Box` takes, as a transform, float64 (4, 4).
+#[pyfunction]
+pub fn _pose_matrix<'py>(pose: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let py = pose.py();
+    let pose = self::pose("pose", pose)?.pose("argument", "pose").map_err(exception)?;
+    let ([x, y, z], t) = (pose.columns(), pose.origin());
+    let row = |i: usize| vec![x[i], y[i], z[i], t[i]];
+    Ok(PyArray2::from_vec2(py, &[row(0), row(1), row(2), vec![0.0, 0.0, 0.0, 1.0]])?)
 }
 
 /// Reads `{"xyz": .., "rpy": ..}`, or with `quat_xyzw` or `quat_wxyz`, as in a scene file.

@@ -1,9 +1,10 @@
-//! Reads points, voxels, half-spaces and height fields; implements `Scene.robot_filter`.
+//! Reads points, voxels, octrees, half-spaces and height fields; implements `Scene.robot_filter`.
 
 use std::sync::Arc;
 
-use extricate::geometry::{Geometry, HeightField, PointCloud, Voxels};
-use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use extricate::LoadLimits;
+use extricate::geometry::{Geometry, HeightField, Octree, PointCloud, Voxels};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -89,6 +90,22 @@ fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> 
         if fits { Ok(x as i32) } else { Err(wrong()) }
     };
     rows_of_three(element, &rows)?.into_iter().map(|[i, j, k]| Ok([whole(i)?, whole(j)?, whole(k)?])).collect()
+}
+
+/// Returns the occupied cells of an octree of OctoMap, int32 (n, 3). Messages say `element`.
+#[pyfunction]
+pub fn _octree_cells<'py>(
+    py: Python<'py>,
+    element: &str,
+    id: &str,
+    is_binary: bool,
+    resolution: f64,
+    data: &[u8],
+) -> PyResult<Bound<'py, PyArray2<i32>>> {
+    let tree = Octree { id, is_binary, resolution, data };
+    let voxels = tree.voxels("message", element, &LoadLimits::default()).map_err(exception)?;
+    let cells = PyArray1::from_iter(py, voxels.cells().iter().flatten().copied());
+    cells.reshape([voxels.cells().len(), 3])
 }
 
 #[pymethods]

@@ -1,4 +1,4 @@
-//! Reads worlds from scene files and files of other programs, and finds packages.
+//! Reads worlds from scene files, files and texts of other programs, and finds packages.
 
 use std::path::PathBuf;
 
@@ -36,9 +36,17 @@ impl Scene {
         let scene = long_call::apart(py, move || files::load_world(&robots, &path, &options))?.map_err(exception)?;
         self.told(py, scene)
     }
+
+    /// As `in_world`, for the text of a file. Messages say `name`, whose extension sets the format.
+    fn _in_world_text(&self, py: Python<'_>, name: String, text: String) -> PyResult<Self> {
+        let robots = self.inner().clone();
+        let load = move || files::load_world_text(&robots, &name, &text, &LoadOptions::default());
+        let scene = long_call::apart(py, load)?.map_err(exception)?;
+        self.told(py, scene)
+    }
 }
 
-/// Writes a world of MoveIt as a scene file, and its meshes into a folder beside it.
+/// Writes a world of MoveIt as a scene file, its meshes and octomap into a folder beside it.
 ///
 /// path: .scene text, or a PlanningScene as .yaml or .json.
 /// output: the scene file to write (TOML).

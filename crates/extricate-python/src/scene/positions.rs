@@ -24,17 +24,14 @@ impl Scene {
     /// Raises ValueError for joints that are unknown or missing, values that are not finite or
     /// beyond a limit.
     fn config<'py>(&self, positions: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (py, scene) = (positions.py(), self.inner());
-        let pairs = match joint_state(positions)? {
-            Some(pairs) => pairs,
-            None => by_name(positions)?,
-        };
-        let pairs = pairs.iter().map(|(name, values)| (name.as_str(), values.as_slice()));
-        let found = scene.config_of(pairs).map_err(exception)?;
-        for (_, text) in &found.differing {
-            warn(py, text)?;
-        }
-        Ok(scene.config(&found.values).map_err(exception)?.to_pyarray(py))
+        let values = self.values(positions)?;
+        Ok(self.inner().config(&values).map_err(exception)?.to_pyarray(positions.py()))
+    }
+
+    /// As `config`, but takes positions beyond the limits, as `positions` and queries do.
+    fn _config_anywhere<'py>(&self, positions: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let values = self.values(positions)?;
+        Ok(self.inner().space().config_anywhere(&values).map_err(exception)?.to_pyarray(positions.py()))
     }
 
     /// Converts a configuration to positions by joint name: the inverse of `config`. It includes
@@ -56,6 +53,23 @@ impl Scene {
             }
         }
         Ok(all)
+    }
+}
+
+impl Scene {
+    /// Returns the coordinates at positions by name, unchecked, after a `UserWarning` for each
+    /// joint whose position is not the scene's.
+    fn values(&self, positions: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        let pairs = match joint_state(positions)? {
+            Some(pairs) => pairs,
+            None => by_name(positions)?,
+        };
+        let pairs = pairs.iter().map(|(name, values)| (name.as_str(), values.as_slice()));
+        let found = self.inner().config_of(pairs).map_err(exception)?;
+        for (_, text) in &found.differing {
+            warn(positions.py(), text)?;
+        }
+        Ok(found.values)
     }
 }
 

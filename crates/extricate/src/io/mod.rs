@@ -90,6 +90,19 @@ pub fn load_world(robots: &Scene, path: &Path, options: &LoadOptions) -> Result<
     }
 }
 
+/// As [`load_world`], for the `text` of a file, whose `name` sets the format by its extension and
+/// stands in messages.
+///
+/// # Errors
+/// As [`load_world`].
+pub fn load_world_text(robots: &Scene, name: &str, text: &str, options: &LoadOptions) -> Result<Scene> {
+    let (path, limits) = (Path::new(name), &options.limits);
+    if is_foreign(path) {
+        return worlds::load_foreign_text(robots, path, text, limits);
+    }
+    in_world_of_entries(robots, path, &parsed(path, text, options)?, &mut reader(limits))
+}
+
 /// As [`load_world`], for entries that were not written as a file, see [`assemble_scene`].
 ///
 /// # Errors

@@ -21,7 +21,7 @@ const MARK: &str = "# Imported by extricate from ";
 pub struct ImportReport {
     /// Entries of the scene file.
     pub entries: SceneFile,
-    /// Mesh files written beside it.
+    /// Files of meshes and voxels written beside it.
     pub meshes: Vec<PathBuf>,
     /// Notes on what was read as something else, or left out, and why.
     pub notes: Vec<String>,
@@ -42,7 +42,16 @@ pub fn read_foreign(path: &Path, robots: Option<&Scene>, limits: &LoadLimits) ->
 /// Loads the robots of `robots` in a world that another program wrote. Notes on it become warnings
 /// of the scene.
 pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Scene> {
-    let Imported { entries, notes } = read_foreign(path, Some(robots), limits)?;
+    in_world_of_imported(robots, path, read_foreign(path, Some(robots), limits)?, limits)
+}
+
+/// As [`load_foreign`], for the text of a file.
+pub(crate) fn load_foreign_text(robots: &Scene, path: &Path, text: &str, limits: &LoadLimits) -> Result<Scene> {
+    in_world_of_imported(robots, path, import(path, text, Some(robots), limits)?, limits)
+}
+
+fn in_world_of_imported(robots: &Scene, path: &Path, imported: Imported, limits: &LoadLimits) -> Result<Scene> {
+    let Imported { entries, notes } = imported;
     let mut scene = in_world_of_entries(robots, path, &entries, &mut reader(limits))?;
     let file = path.display();
     scene.warnings.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
@@ -50,8 +59,9 @@ pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> 
     Ok(scene)
 }
 
-/// Writes a world that another program wrote as a scene file at `output`, with meshes in a folder
-/// beside it. With `urdf` it is a scene of that robot; `robots` are those that it is checked with.
+/// Writes a world that another program wrote as a scene file at `output`, with meshes and voxels in
+/// a folder beside it. With `urdf` it is a scene of that robot; `robots` are those that it is
+/// checked with.
 ///
 /// # Errors
 /// As [`import`], and if the robots have no such links. [`Error::Write`], also if no import wrote

@@ -23,7 +23,8 @@ pub enum LoadLimit {
     /// Corners that nodes of a COLLADA or glTF file place beyond those that its bytes can hold:
     /// nodes may show a geometry any number of times.
     Placed,
-    /// Corners of a mesh file before equal ones are welded, or points of a file of points.
+    /// Corners of a mesh file before equal ones are welded, points of a file of points,
+    /// or cells of an octree.
     Vertices,
     /// Triangles of the meshes of a scene, scaled copies included.
     Triangles,
@@ -85,7 +86,7 @@ impl LoadLimit {
             Values => ("values", 5_000_000, "values"),
             MeshNodes => ("mesh-nodes", 1_000_000, "nodes (those shown again count)"),
             Placed => ("placed", 500_000, "corners placed by nodes"),
-            Vertices => ("vertices", 16_000_000, "corners or points"),
+            Vertices => ("vertices", 16_000_000, "corners, points or cells"),
             Triangles => ("triangles", 16_000_000, "triangles"),
             Links => ("links", 10_000, "links"),
             Shapes => ("shapes", 100_000, "shapes of links"),

@@ -76,7 +76,7 @@ mod tests {
         for (file, text) in [("a.ply", ply), ("a.pcd", pcd), ("a.txt", "0 0 0\n1 0 0\n2 0 0")] {
             assert_eq!(parse(file, "points", text.as_bytes(), &LoadLimits::default()).unwrap().len(), 3);
             let message = parse(file, "points", text.as_bytes(), &limits).unwrap_err().to_string();
-            assert!(message.contains("got 3 corners or points or more, expected at most 2"), "{message}");
+            assert!(message.contains("got 3 corners, points or cells or more, expected at most 2"), "{message}");
         }
     }
 }

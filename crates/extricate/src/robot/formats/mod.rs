@@ -1,5 +1,5 @@
 //! Mesh files: STL (binary and ASCII), OBJ, COLLADA, PLY and glTF, from bytes to a welded
-//! [`TriangleMesh`]; files of points (`cloud`) and of rows of numbers (`rows`).
+//! [`TriangleMesh`]; files of points (`cloud`) and of rows of numbers (`rows`); octrees (`octree`).
 
 pub mod cloud;
 pub mod collada;
@@ -7,6 +7,7 @@ pub mod gltf;
 pub mod lines;
 mod lzf;
 pub mod obj;
+pub mod octree;
 mod pcd;
 pub mod ply;
 pub mod rows;

@@ -2,16 +2,14 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use serde_json::Value;
-
 use super::objects::Objects;
 use super::value::At;
 use crate::error::{Result, quoted};
 use crate::robot::LoadLimit;
 use crate::scene::Scene;
 
-/// Name of the map of occupied cells in MoveIt.
-const OCTOMAP: &str = "<octomap>";
+/// Name of the octomap in MoveIt.
+pub const OCTOMAP: &str = "<octomap>";
 
 /// Adds the allowed pairs to the disabled ones. An entry for a pair overrides defaults.
 pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
@@ -27,7 +25,7 @@ pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Re
         if enabled.len() != names.len() {
             return Err(row.fault(&format!("{} values, one for each name", names.len())));
         }
-        table.push(enabled.iter().map(truth).collect::<Result<Vec<bool>>>()?);
+        table.push(enabled.iter().map(At::truth).collect::<Result<Vec<bool>>>()?);
     }
     let (mut pairs, mut explicit) = (BTreeSet::new(), HashSet::new());
     for first in 0..names.len() {
@@ -72,13 +70,13 @@ fn defaults<'a>(
         return Err(crate::error::Error::input(matrix.file, path, problem));
     }
     let names = names.iter().map(At::string).collect::<Result<Vec<&str>>>()?;
-    let values = values.iter().map(truth).collect::<Result<Vec<bool>>>()?;
+    let values = values.iter().map(At::truth).collect::<Result<Vec<bool>>>()?;
     let refused: HashSet<&str> =
         names.iter().zip(&values).filter(|(_, allowed)| !**allowed).map(|(name, _)| *name).collect();
     let most = objects.entries().limits.get(LoadLimit::Pairs);
     let mut seen = HashSet::new();
     for (name, _) in names.iter().zip(&values).filter(|(_, allowed)| **allowed) {
-        if !has_links && *name != OCTOMAP {
+        if !has_links && (*name != OCTOMAP || objects.is_obstacle(name)) {
             objects.note(format!(
                 "{}: `{name}` may touch everything: of the robot, what the matrix names is written; with --robot all \
                  of its links are",
@@ -103,8 +101,9 @@ fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objec
         robots.map(|robots| robots.links.iter().map(|link| link.name.as_str()).collect());
     let mut unknown = BTreeSet::new();
     for [a, b] in pairs {
-        // Obstacles are never checked against each other, and the octomap is not imported.
-        if (objects.is_obstacle(a) && objects.is_obstacle(b)) || [a, b].contains(&&OCTOMAP) {
+        // Obstacles are never checked against each other. Every matrix of MoveIt names the octomap.
+        let is_absent = |name: &str| name == OCTOMAP && !objects.is_obstacle(name);
+        if (objects.is_obstacle(a) && objects.is_obstacle(b)) || is_absent(a) || is_absent(b) {
             continue;
         }
         let names = |name: &str| match objects.names_of(name) {
@@ -128,15 +127,6 @@ fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objec
         objects.note(format!("{}: neither the robot nor the world has `{}`", matrix.path, quoted(&name)));
     }
     Ok(())
-}
-
-fn truth(at: &At) -> Result<bool> {
-    match at.value {
-        Value::Bool(truth) => Ok(*truth),
-        Value::Number(_) if at.number()? == 0.0 => Ok(false),
-        Value::Number(_) if at.number()? == 1.0 => Ok(true),
-        _ => Err(at.fault("true or false")),
-    }
 }
 
 fn ordered<'a>(a: &'a str, b: &'a str) -> [&'a str; 2] {

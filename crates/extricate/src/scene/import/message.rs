@@ -1,19 +1,22 @@
-//! Reads world, attached objects and padding from a `moveit_msgs/PlanningScene` in YAML or JSON.
+//! Reads world, octomap, attached objects and padding from a `moveit_msgs/PlanningScene` in YAML
+//! or JSON.
 //! `matrix` reads allowed collisions, `message_objects` the objects.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use serde_json::Value;
 
 use super::imported::Imported;
-use super::matrix::allowed;
+use super::matrix::{OCTOMAP, allowed};
 use super::message_objects::{object, operation};
 use super::message_pose::MessagePose;
-use super::objects::Objects;
+use super::objects::{Object, Objects, Shape};
 use super::value::At;
 use crate::error::{Error, Result, quoted};
 use crate::math::Pose;
 use crate::robot::LoadLimits;
+use crate::robot::formats::octree::Octree;
 use crate::scene::{LinkAttachment, Scene};
 
 /// Fields of a PlanningScene; those that no code here reads do not describe the world.
@@ -65,7 +68,7 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimi
         standing(&at, &mut frames, &mut objects)?;
     }
     if let Some(octomap) = world.get("octomap")? {
-        tell_octomap(&octomap, &mut objects)?;
+        mapped(&octomap, &mut frames, &mut objects)?;
     }
     if let Some(state) = scene.get("robot_state")? {
         for at in state.list("attached_collision_objects")? {
@@ -208,20 +211,23 @@ fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Obje
     objects.attach(at.file, object, holder, &touch)
 }
 
-fn tell_octomap(at: &At, objects: &mut Objects) -> Result<()> {
+/// Adds the occupied cells of an `octomap_msgs/OctomapWithPose` as an obstacle with MoveIt's name.
+fn mapped(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
     let Some(map) = at.get("octomap")? else { return Ok(()) };
-    let bytes = match map.get("data")?.map(|data| data.value) {
-        Some(Value::Array(bytes)) => bytes.len(),
-        Some(Value::String(text)) => text.len(),
-        _ => 0,
-    };
-    if bytes > 0 {
-        objects.note(
-            "world.octomap is not taken: messages hold it as OctoMap's own bytes; save it as a .bt file and take its \
-             occupied cells as `voxels`",
-        );
+    let Some(bytes) = map.get("data")? else { return Ok(()) };
+    let data = bytes.bytes()?;
+    if data.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let needed = |key: &str| map.get(key)?.ok_or_else(|| map.fault(&format!("a mapping with `{key}`")));
+    let is_binary = needed("binary")?.truth()?;
+    let tree = Octree { id: map.text("id")?, is_binary, resolution: needed("resolution")?.number()?, data: &data };
+    let voxels = tree.voxels(at.file, &map.path, &objects.entries().limits)?;
+    if voxels.cells().is_empty() {
+        return Ok(());
+    }
+    let pose = frames.pose(at)?.then(&at.pose("origin")?);
+    objects.stand(at.file, Object { name: OCTOMAP.into(), shapes: vec![(Shape::Voxels(Arc::new(voxels)), pose)] })
 }
 
 /// Imports the padding of links. A scale is only noted, because links keep their size.

@@ -16,7 +16,7 @@ mod value;
 
 use std::path::Path;
 
-pub use toml_text::{MeshFile, to_toml};
+pub use toml_text::{ShapeFile, to_toml};
 
 use super::Scene;
 use super::file::{SceneFile, most_values};

@@ -8,7 +8,7 @@ use super::message_pose::MessagePose;
 use super::value::At;
 use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
-use crate::robot::{LoadLimit, LoadLimits, TriangleMesh};
+use crate::robot::{Geometry, LoadLimit, LoadLimits, TriangleMesh, Voxels};
 use crate::scene::file::{AttachedEntry, ObstacleEntry, SceneFile, ShapeEntry};
 
 /// Number of sides of the pyramid that replaces a cone.
@@ -30,6 +30,8 @@ pub enum Shape {
     Mesh(Arc<TriangleMesh>),
     /// Path and scale of a mesh file.
     MeshFile(String, [f64; 3]),
+    /// Occupied cells of a map, for obstacles alone.
+    Voxels(Arc<Voxels>),
 }
 
 /// A named object and its shapes, each with its pose in the world or in the link that holds it.
@@ -191,6 +193,7 @@ impl Objects {
                 (entry.half_space, entry.offset) = (Some([a, b, c].map(|x| x / length)), Some(-d / length));
             }
             Shape::Mesh(mesh) => entry.triangles = Some(mesh),
+            Shape::Voxels(voxels) => entry.scenery = Some(Geometry::Voxels(voxels)),
             Shape::MeshFile(path, scale) => {
                 entry.mesh = Some(path);
                 entry.scale = (scale != [1.0; 3]).then_some(crate::scene::file::ScaleEntry::Axes(scale));

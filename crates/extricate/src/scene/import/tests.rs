@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::robot::Geometry;
 use crate::scene::file::{AttachedEntry, ObstacleEntry};
 use crate::scene::import::*;
 
@@ -67,7 +68,10 @@ world:
     - vertices: [{x: 0, y: 0, z: 0}, {x: 1, y: 0, z: 0}, {x: 0, y: 1, z: 0}, {x: 0, y: 0, z: 1}]
       triangles: [{vertex_indices: [0, 2, 1]}, {vertex_indices: [0, 1, 3]}, {vertex_indices: [1, 2, 3]}, {vertex_indices: [2, 0, 3]}]
     mesh_poses: [{position: {x: 0, y: 0, z: 0}, orientation: {x: 0, y: 0, z: 0, w: 1}}]
-  octomap: {octomap: {id: OcTree, resolution: 0.05, data: [1, 2, 3]}}
+  octomap:
+    header: {frame_id: world}
+    origin: {position: {x: 0, y: 0, z: 2}, orientation: {x: 0, y: 0, z: 0, w: 1}}
+    octomap: {binary: true, id: OcTree, resolution: 0.05, data: [0, -64, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 3, 0, 10, 0]}
 is_diff: true
 ---
 name: another
@@ -176,7 +180,6 @@ fn a_planning_scene_becomes_obstacles_attached_objects_pairs_and_padding() {
         assert_eq!(imported.entries.pairs.disable, pairs.map(|pair| pair.map(String::from)));
         assert_eq!(imported.entries.padding, [("l1".to_string(), 0.01)].into());
         for part in [
-            "world.octomap is not taken",
             "the positions of joints are no part of a scene",
             "link_scale of `l1`: 1.1 is not taken",
             "\"shelf\": its subframes are not taken",
@@ -184,6 +187,56 @@ fn a_planning_scene_becomes_obstacles_attached_objects_pairs_and_padding() {
         ] {
             told(&imported, part);
         }
+    }
+}
+
+/// Returns an octomap of two cells, x = 0 and 1, as a list of signed bytes.
+fn tree() -> Vec<i8> {
+    let mut data = vec![0, -64];
+    data.extend([3, 0].repeat(14));
+    data.extend([0b1010, 0]);
+    data
+}
+
+#[test]
+fn an_octomap_is_one_obstacle_that_the_matrix_can_name() {
+    use base64::Engine;
+    let list = tree();
+    let bytes: Vec<u8> = list.iter().map(|byte| *byte as u8).collect();
+    let text = base64::engine::general_purpose::STANDARD.encode(bytes);
+    for data in [format!("{list:?}"), text] {
+        let with = |extra: &str| {
+            format!(
+                "world:\n  octomap:\n    header: {{frame_id: world}}\n    origin: {{position: {{x: 0, y: 0, z: 2}}}}\n    \
+                 octomap: {{binary: true, id: OcTree, resolution: 0.05, data: {data}}}\n{extra}"
+            )
+        };
+        let imported = read("m.yaml", &with(""));
+        assert!(imported.notes.is_empty(), "{:?}", imported.notes);
+        let map = obstacle(&imported, "<octomap>");
+        let Some(Geometry::Voxels(voxels)) = &map.shape.scenery else { panic!() };
+        assert_eq!((voxels.cells(), voxels.size(), map.pose.xyz), (&[[0; 3], [1, 0, 0]][..], 0.05, [0.0, 0.0, 2.0]));
+        let matrix = "allowed_collision_matrix: {entry_names: [hand, <octomap>], entry_values: [[0, 1], [1, 0]]}";
+        assert_eq!(read("m.yaml", &with(matrix)).entries.pairs.disable, [["<octomap>", "hand"].map(String::from)]);
+    }
+    let matrix =
+        "world: {}\nallowed_collision_matrix: {entry_names: [hand, <octomap>], entry_values: [[0, 1], [1, 0]]}";
+    let without = read("m.yaml", matrix);
+    assert!(without.entries.pairs.disable.is_empty() && without.notes.is_empty());
+    for (map, expected) in [
+        ("{data: [300]}", "world.octomap.octomap.data[0]: got 300, expected a whole number from -128 to 255"),
+        ("{data: '?'}", "world.octomap.octomap.data: got \"?\", expected bytes, as a list or in base64"),
+        ("{data: [1]}", "world.octomap.octomap: got {\"data\":[1]}, expected a mapping with `binary`"),
+        ("{data: [1], binary: 3}", "world.octomap.octomap.binary: got 3, expected true or false"),
+        ("{data: [1], binary: true}", "expected a mapping with `resolution`"),
+        ("{data: [1], binary: true, resolution: 0.1}", "world.octomap.octomap.id: got ``, expected OcTree or"),
+        (
+            "{data: [1], binary: true, resolution: 0.1, id: OcTree}",
+            "world.octomap.octomap.data: got 1 bytes, expected a",
+        ),
+    ] {
+        let found = message("m.yaml", &format!("world: {{octomap: {{octomap: {map}}}}}"));
+        assert!(found.contains(expected), "{map}: {found}");
     }
 }
 
@@ -342,6 +395,9 @@ fn what_is_written_is_read_again() {
         for (a, b) in again.attached.iter().zip(&imported.entries.attached) {
             assert_eq!((&a.name, &a.link, &a.touch, a.pose), (&b.name, &b.link, &b.touch, b.pose));
         }
+        let map = meshes.iter().find(|file| file.path == "w-meshes/_octomap_.csv").map(|file| file.text.as_str());
+        assert_eq!(map, (name == "m.yaml").then_some("0,0,0\n1,0,0\n"));
+        assert_eq!(map.is_some(), toml.contains("voxels = \"w-meshes/_octomap_.csv\", size = 0.05"), "{toml}");
         let wedge = meshes.iter().find(|file| file.path == "w-meshes/wedge.obj").unwrap();
         let read = crate::robot::formats::parse(&wedge.path, wedge.text.as_bytes()).unwrap();
         assert_eq!(read.triangles.len(), 4);

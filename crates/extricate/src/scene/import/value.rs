@@ -1,5 +1,7 @@
 //! Parses YAML and JSON messages, and reads their values with errors that name the place.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value};
 
 use super::message_pose::MessagePose;
@@ -127,6 +129,29 @@ impl<'a> At<'a> {
 
     pub fn number(&self) -> Result<f64> {
         self.value.as_f64().filter(|x| x.is_finite()).ok_or_else(|| self.fault("a finite number"))
+    }
+
+    pub fn truth(&self) -> Result<bool> {
+        match self.value {
+            Value::Bool(truth) => Ok(*truth),
+            Value::Number(_) if self.number()? == 0.0 => Ok(false),
+            Value::Number(_) if self.number()? == 1.0 => Ok(true),
+            _ => Err(self.fault("true or false")),
+        }
+    }
+
+    /// Returns the bytes of a list, signed or not, or of a text in base64, as rosbridge writes
+    /// them.
+    pub fn bytes(&self) -> Result<Vec<u8>> {
+        if let Some(text) = self.value.as_str() {
+            return STANDARD.decode(text).map_err(|_| self.fault("bytes, as a list or in base64"));
+        }
+        let byte = |at: At| {
+            let whole = at.value.as_i64().filter(|byte| (-128..256).contains(byte));
+            // A negative byte keeps its bits.
+            whole.map(|byte| byte as u8).ok_or_else(|| at.fault("a whole number from -128 to 255"))
+        };
+        self.elements()?.into_iter().map(byte).collect()
     }
 
     /// Returns the numbers of a list, or of a mapping with these keys.
