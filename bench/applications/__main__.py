@@ -20,13 +20,14 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
 import numpy as np  # noqa: E402
 
+import edges  # noqa: E402
 import escapes  # noqa: E402
 import paths  # noqa: E402
 import repairs  # noqa: E402
 from page import put  # noqa: E402
 
 PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "benchmarks" / "motion.md"
-PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired}
+PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "judged": edges.judged}
 
 
 def main():
