@@ -3,6 +3,7 @@
 Between two samples of an edge no pair can meet: a sample covers as much of the edge as the distances at it allow, by a bound on how
 far geometries move; near contacts samples are half a millimetre of motion apart. Lengths are in units of `scale`.
 """
+import sys
 import tempfile
 import tomllib
 import xml.etree.ElementTree as ET
@@ -16,6 +17,10 @@ import pinocchio as pin
 import extricate
 import pin_scene
 from escapes import between
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "judge"))
+from drawn import write  # noqa: E402
+from oracle import Oracle  # noqa: E402
 
 # Motion between two samples near contacts, and the difference of the two sides' distances that is no fault, in units of the scale.
 SPACING, TOLERANCE = 5e-4, 5e-5
@@ -139,15 +144,20 @@ class Judge:
         return None, samples
 
 
-def of_drawn(drawn, scene, oracle):
-    """Makes the judge of a drawn scene from its oracle, which has read no file of ours."""
+def of_drawn(drawn):
+    """Makes a drawn scene and its judge, which reads none of its files; None if nothing of it can move or is checked."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene = extricate.Scene.load(write(drawn, folder))
+    if scene.nq == 0 or not scene.pairs:
+        return None
+    oracle = Oracle(drawn, scene.joints)
     geometry, bodies = pin.GeometryModel(), []
     for name, (joint, parts) in zip(oracle.names, oracle.parts):
         for g, at in parts:
             geometry.addGeometryObject(pin.GeometryObject(f"{name}_{len(bodies)}", joint, at, g))
             bodies.append(name)
     pairs = [(oracle.names[a], oracle.names[b]) for a, b in oracle.pairs]
-    return Judge(scene, oracle.model, geometry, bodies, pairs, oracle.full, drawn.scale)
+    return scene, Judge(scene, oracle.model, geometry, bodies, pairs, oracle.full, drawn.scale)
 
 
 def of_builtin(name, scene):
