@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 import extricate
+import humanoid
 import pin_scene
 from escapes import between
 
@@ -96,21 +97,24 @@ class Judge:
                 turn[k] = (1 if n == 2 else 2) * 2 * np.arcsin(min(1.0, chord / 2))
         return self.reach @ turn + (self.reach > 0) @ shift
 
-    def place(self, q):
+    def distances(self, q, which=None, enough=None):
+        """Returns the signed distances of some pairs of geometries, by default all; of one that is surely `enough` apart, less than that."""
         pin.updateGeometryPlacements(self.model, self.data, self.geometry, self.geometry_data, self.full(q))
-
-    def distances(self, q, enough=None):
-        """Returns the signed distances of all pairs of geometries; of one that is surely `enough` apart, only that."""
-        self.place(q)
-        at = np.array([place.act(center) for place, center in zip(self.geometry_data.oMg, self.center)])
-        found = np.linalg.norm(at[self.first] - at[self.second], axis=1) - self.radius[self.first] - self.radius[self.second]
-        for k in range(len(found)) if enough is None else np.flatnonzero(found <= enough):
-            found[k] = pin.computeDistance(self.geometry, self.geometry_data, int(k)).min_distance
+        which = np.arange(len(self.of)) if which is None else which
+        found = np.empty(len(which))
+        for n, k in enumerate(which):
+            if enough is not None:
+                i, j = int(self.first[k]), int(self.second[k])
+                apart = self.geometry_data.oMg[i].act(self.center[i]) - self.geometry_data.oMg[j].act(self.center[j])
+                found[n] = np.sqrt(apart @ apart) - self.radius[i] - self.radius[j]
+                if found[n] > enough[n]:
+                    continue
+            found[n] = pin.computeDistance(self.geometry, self.geometry_data, int(k)).min_distance
         return found
 
     def worst(self, q):
         """Returns the least distance beyond the clearance [m]."""
-        return float((self.distances(q, np.full(len(self.of), self.clearance)).min() - self.clearance) * self.scale)
+        return float((self.distances(q).min() - self.clearance) * self.scale)
 
     def keeps(self, q, tolerance):
         """Returns what an escape from q has to keep of each pair: the clearance, or the depth at q and no more than a tolerance."""
@@ -128,19 +132,19 @@ class Judge:
         keep = (np.full(len(self.of), self.clearance) if keep is None else keep) - TOLERANCE
         motion = self.motion(a, b)
         most = motion.max(initial=0.0)
-        todo, samples = [(0.0, 1.0)], 0
+        todo, samples = [(0.0, 1.0, np.arange(len(self.of)))], 0
         while todo:
-            begin, end = todo.pop()
+            begin, end, which = todo.pop()
             middle, half = (begin + end) / 2, (end - begin) / 2
-            need = keep + motion * half
-            found = self.distances(between(self.scene, a, b, np.array([middle]))[0], need)
+            need = (keep + motion * half)[which]
+            found = self.distances(between(self.scene, a, b, np.array([middle]))[0], which, need)
             samples += 1
-            bad = np.flatnonzero(found < keep)
-            if len(bad):
-                k = bad[0]
-                return (middle, self.pairs[self.of[k]], float(found[k] * self.scale), float(keep[k] * self.scale)), samples
-            if half * most > SPACING / 2 and (found < need).any():
-                todo += [(middle, end), (begin, middle)]
+            for n in np.flatnonzero(found < keep[which])[:1]:
+                k = which[n]
+                return (middle, self.pairs[self.of[k]], float(found[n] * self.scale), float(keep[k] * self.scale)), samples
+            which = which[found < need]
+            if half * most > SPACING / 2 and len(which):
+                todo += [(middle, end, which), (begin, middle, which)]
         return None, samples
 
 
@@ -172,6 +176,10 @@ def of_builtin(name, scene):
         hulls = spec["robot"][0].get("geometry") == "convex-hull"
         obstacles = [(o["name"], pin_scene.se3(o.get("pose", {})), pin_scene.shape(o["shape"], Path(folder), False)) for o in spec.get("obstacle", [])]
         return of_urdfs(scene, robots, obstacles, folder, hulls)
+
+
+def of_humanoid(scene):
+    return of_urdfs(scene, [(None, humanoid.urdf(), "fixed", {})], disable=humanoid.JOINED)
 
 
 def of_urdfs(scene, robots, obstacles=(), folder=".", hulls=False, disable=()):

@@ -25,7 +25,7 @@ def scene_of(source, seed):
     """Returns a scene and its judge, or None if nothing of it can move or is checked."""
     if source == "humanoid":
         scene = humanoid.scene()
-        return scene, humanoid.judge(scene)
+        return scene, coal_judge.of_humanoid(scene)
     if source != "drawn":
         scene = extricate.Scene.builtin(source)
         return scene, coal_judge.of_builtin(source, scene)
@@ -111,7 +111,7 @@ def one(job):
 def judged(options):
     """Counts edges by kind, and those that the judge finds nearer than the clearance, or deeper than at the start of an escape."""
     scenes = options.count or (8 if options.quick else 120)
-    jobs = [(name, seed) for seed in range(1 if options.quick else 4) for name in (*BUILT_IN, "humanoid")]
+    jobs = [(name, seed) for seed in range(1 if options.quick else 2) for name in (*BUILT_IN, "humanoid")]
     jobs += [("drawn", seed) for seed in range(scenes)]
     jobs = [job for job in jobs if not options.scenes or job[0] in options.scenes]
     total = {kind: np.zeros(4, int) for kind in KINDS}
@@ -121,7 +121,7 @@ def judged(options):
                 total[kind] += row
             for fault in faults:
                 print(fault, flush=True)
-            if done % 20 == 0:
+            if done % 10 == 0:
                 print(f"{done} of {len(jobs)} scenes, {sum(row[0] for row in total.values()):,} edges", flush=True)
     rows = [[kind, *(f"{x:,}" for x in row)] for kind, row in total.items() if kind != "refused"]
     proved = sum(row for kind, row in total.items() if kind != "refused")

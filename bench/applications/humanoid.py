@@ -1,7 +1,6 @@
 """A humanoid of capsules and boxes, written for this benchmark: 31 joints, held at its pelvis, with nothing to touch but itself."""
 import numpy as np
 
-import coal_judge
 import extricate
 from passages import box_part, capsule_link
 
@@ -62,10 +61,6 @@ def urdf():
 
 def scene():
     return extricate.Scene(extricate.Robot(urdf()), disable=JOINED)
-
-
-def judge(of):
-    return coal_judge.of_urdfs(of, [(None, urdf(), "fixed", {})], disable=JOINED)
 
 
 def clip(of, rows, share, seed):
