@@ -122,7 +122,7 @@ class Judge:
         found = self.distances(q)
         np.minimum.at(body, self.of, found)
         keep = np.where(body < self.clearance, body - tolerance / self.scale, self.clearance)
-        # Surfaces have no depth.
+        # Surfaces have no depth, and meshes no exact one.
         known = np.ones(len(self.pairs), bool)
         np.logical_and.at(known, self.of, self.has_depth[self.first] & self.has_depth[self.second])
         return np.where(known | (body >= self.clearance), keep, -np.inf)[self.of]
@@ -161,7 +161,12 @@ def of_drawn(drawn):
             geometry.addGeometryObject(pin.GeometryObject(f"{name}_{len(bodies)}", joint, at, g))
             bodies.append(name)
     pairs = [(oracle.names[a], oracle.names[b]) for a, b in oracle.pairs]
-    return scene, Judge(scene, oracle.model, geometry, bodies, pairs, oracle.full, drawn.scale)
+    judge = Judge(scene, oracle.model, geometry, bodies, pairs, oracle.full, drawn.scale)
+    # A hollow box is one mesh that is not convex here, and six walls there: their depths are different estimates.
+    shapes = drawn.links + [[one] for one in drawn.obstacles]
+    hollow = {name for name, parts in zip(oracle.names, shapes) if any(part.kind == "hollow" for part in parts)}
+    judge.has_depth &= np.array([body not in hollow for body in bodies])
+    return scene, judge
 
 
 def of_builtin(name, scene):
