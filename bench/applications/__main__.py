@@ -5,9 +5,11 @@
     python3 bench/applications plan          narrow passages of our own (passages.py), beside OMPL's planners
     python3 bench/applications open          open scenes, beside OMPL's RRTConnect
     python3 bench/applications repair        straight paths that collide, and planned paths after an obstacle moved
+    python3 bench/applications clip          clips of a humanoid, repaired frame by frame, judged by pinocchio and coal
+    python3 bench/applications judged        edges of all motions, judged by pinocchio and coal
     ... --quick                              few of each; writes nothing
 
-Needs the wheels of extricate and ompl (2.0.1) in the environment. A check is one configuration that our exact checker evaluated, for
+Needs the wheels of extricate, ompl (2.0.1), pin and coal in the environment. A check is one configuration that our exact checker evaluated, for
 both sides: ours are labels, contacts and stretches of proofs; OMPL's are calls of its state validity checker, which is ours. A path
 counts where every edge is proved free; a path of ours is proved before it is returned, one of OMPL is proved afterwards, at no cost to it.
 The page is docs/benchmarks/motion.md.
@@ -20,13 +22,15 @@ sys.path[:0] = [str(Path(__file__).resolve().parent.parent)]
 
 import numpy as np  # noqa: E402
 
+import clips  # noqa: E402
+import edges  # noqa: E402
 import escapes  # noqa: E402
 import paths  # noqa: E402
 import repairs  # noqa: E402
 from page import put  # noqa: E402
 
 PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "benchmarks" / "motion.md"
-PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired}
+PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "judged": edges.judged, "clip": clips.clips}
 
 
 def main():

@@ -2,6 +2,7 @@
 import numpy as np
 
 import extricate
+import humanoid
 from page import number
 from page import table as rows_of
 
@@ -66,14 +67,16 @@ def one(scene, q):
 def table(options):
     count = options.count or (20 if options.quick else 500)
     rows = []
-    for name in options.scenes or SCENES:
-        scene = extricate.Scene.builtin(name)
+    for name in options.scenes or (*SCENES, "humanoid"):
+        scene = humanoid.scene() if name == "humanoid" else extricate.Scene.builtin(name)
         found = [one(scene, q) for q in scene.sample(count, seed=11, colliding=True)]
         known = sum(f["known"] or f["nearest"] or f["six"] for f in found)
         share = [number(sum(f[key] for f in found) / max(known, 1)) for key in ("nearest", "six", "ours")]
         methods = ", ".join(f"{m} {sum(f['method'] == m for f in found)}" for m in ("nearest", "exit", "pushed", "grown"))
         checks, query = np.median([f["checks"] for f in found]), np.median([f["query"] for f in found])
-        rows.append([name, count, known, *share, sum(f["wrong"] for f in found), methods, number(query), number(checks), number(checks / query)])
+        failures = [f["checks"] for f in found if not f["ours"]]
+        failed = number(np.median(failures)) if failures else ""
+        rows.append([name, count, known, *share, sum(f["wrong"] for f in found), methods, number(query), number(checks), number(checks / query), failed])
         print(rows[-1], flush=True)
-    head = ["scene", "starts", "known", "straight to the nearest", "a straight one of six", "escape", "judged wrong", "found by", "checks of a query", "of an escape", "ratio"]
+    head = ["scene", "starts", "known", "straight to the nearest", "a straight one of six", "escape", "judged wrong", "found by", "checks of a query", "of an escape", "ratio", "of one that fails"]
     return rows_of(head, rows)

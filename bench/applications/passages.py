@@ -140,7 +140,7 @@ def gripper(slit):
         extricate.Box([0.3, 0.6, 0.6], [0.75, 0, 0.3 - height / 2], name="box_below"),
     ]
     scene = extricate.Scene(extricate.Robot(urdf), box, disable=disable)
-    return scene, [0, -0.5, 0, 1.0, 0, 0.5, 0], None
+    return scene, [0, -0.5, 0, 1.0, 0, 0.5, 0], [1.194722, 0.565011, -1.658285, 1.865023, -0.715501, -0.637187, 2.798377]
 
 
 def turned(pose, turn):
@@ -191,21 +191,53 @@ def socket(ratio, turn=None):
     return extricate.Scene(robot, walls, metric="object-norm", clearance=1e-4), start, goal
 
 
-def chain():
-    """A chain of eight links in a corridor twice as wide as they are; the last three lie outside, from one side to the other."""
+def chain(count=8):
+    """A chain of links in a corridor twice as wide as they are; the last three lie outside, from one side to the other."""
     length, thick = 0.1, 0.03
     links, joints = ['<link name="base"/>'], []
-    for k in range(8):
+    for k in range(count):
         links.append(f'<link name="link{k}">{box_part((length - 0.01, thick, thick), (length / 2, 0, 0))}</link>')
         parent, x = ("base", 0) if k == 0 else (f"link{k - 1}", length)
         joints.append(
             f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/><origin xyz="{x} 0 0"/>'
             f'<axis xyz="0 0 1"/><limit lower="-2.5" upper="2.5" effort="1" velocity="1"/></joint>'
         )
-    walls = [extricate.Box([0.55, 0.05, 0.1], [0.175, side * (0.025 + thick), 0], name=name) for name, side in (("left", 1), ("right", -1))]
-    walls.append(extricate.Box([0.03, 0.03, 0.1], [0.78, 0, 0], name="post"))
+    inside = (count - 3) * length
+    middle, deep = inside / 2 - 0.075, inside + 0.05
+    walls = [extricate.Box([deep, 0.05, 0.1], [middle, side * (0.025 + thick), 0], name=name) for name, side in (("left", 1), ("right", -1))]
+    walls.append(extricate.Box([0.03, 0.03, 0.1], [inside + 0.28, 0, 0], name="post"))
     scene = extricate.Scene(extricate.Robot('<robot name="chain">' + "".join(links) + "".join(joints) + "</robot>"), walls, clearance=1e-4)
-    return scene, [0, 0, 0, 0, 0, 1.2, 0.15, 0.15], [0, 0, 0, 0, 0, -1.2, -0.15, -0.15]
+    still = [0] * (count - 3)
+    return scene, [*still, 1.2, 0.15, 0.15], [*still, -1.2, -0.15, -0.15]
+
+
+def bug_trap(neck):
+    """A bar of 0.6 x 0.2 m in the plane, in a room whose way out is a neck that leads inward, `neck` times as wide as the bar is thick."""
+    joints = "".join(
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><axis xyz="{axis}"/>'
+        f'<limit lower="{-reach}" upper="{reach}" effort="1" velocity="1"/></joint>'
+        for name, kind, parent, child, axis, reach in (
+            ("x", "prismatic", "base", "slide", "1 0 0", 4.0),
+            ("y", "prismatic", "slide", "mount", "0 1 0", 4.0),
+            ("turn", "revolute", "mount", "bar", "0 0 1", 3.14),
+        )
+    )
+    urdf = f'<robot name="bar"><link name="base"/><link name="slide"/><link name="mount"/><link name="bar">{box_part((0.6, 0.2, 0.2), (0, 0, 0))}</link>{joints}</robot>'
+    width, wall = 0.2 * neck, 0.1
+    long = (4 - width) / 2
+    room = [extricate.Box([4, wall, 0.5], [0, y, 0], name=name) for y, name in ((2, "above"), (-2, "below"))]
+    room.append(extricate.Box([wall, 4, 0.5], [-2, 0, 0], name="behind"))
+    for side, name in ((1, "upper"), (-1, "lower")):
+        room.append(extricate.Box([wall, long, 0.5], [2, side * (width + long) / 2, 0], name=f"front_{name}"))
+        room.append(extricate.Box([1.2, wall, 0.5], [1.4, side * (width + wall) / 2, 0], name=f"neck_{name}"))
+    return extricate.Scene(extricate.Robot(urdf), room, clearance=1e-4), [1.2, 1.2, 0.5], [3, 0, 1.5]
+
+
+def exchange():
+    """Two seven-joint arms over a table, each on the other's side: the lower one becomes the upper one."""
+    below, above = [1.4343, -1.2086, -1.4784, -1.3402, -0.1007, 0.3123, 0], [-0.5944, 0.4114, -0.3546, -1.0243, -0.027, 0.3055, 0]
+    start, goal = [*below, 0.5944, 0.4114, 0.3546, -1.0243, 0.027, 0.3055, 0], [*above, -1.6971, -0.5857, -0.8334, 1.3406, -0.0563, -0.3081, 0]
+    return extricate.Scene.builtin("dual-arm"), start, goal
 
 
 # Rotates the hole away from the axes of the base joint.
@@ -217,6 +249,11 @@ SCENES = {
     "socket-1.3-tilted": lambda: socket(1.3, TILT),
     "socket-1.05-tilted": lambda: socket(1.05, TILT),
     "chain-2": chain,
+    "chain-12": lambda: chain(12),
+    "bug-trap-1.5": lambda: bug_trap(1.5),
+    "bug-trap-1.2": lambda: bug_trap(1.2),
+    "gripper-1.5": lambda: gripper(1.5),
+    "exchange": exchange,
     "peg-1.5": lambda: peg(1.5),
     "peg-1.3": lambda: peg(1.3),
     "peg-1.15": lambda: peg(1.15),
