@@ -54,13 +54,21 @@ python3 -c 'import json, sys; [print(*map(repr, json.loads(line)["q"])) for line
 ${CXX:-c++} -std=c++17 $warnings $sanitized $eigen "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface"
 "$work/interface" "$scene" "$work/q.txt" "$work" >"$work/answers.txt"
 "$program" query "$scene" --input "$work/q.jsonl" --json >"$work/answers.jsonl"
-python3 - "$work/answers.txt" "$work/answers.jsonl" <<'PY'
-import json, sys
-ours = [[float.fromhex(x) for x in line.split()] for line in open(sys.argv[1])]
-rows = [json.loads(line) for line in open(sys.argv[2])]
-theirs = [[row["depth"], row["lower_bound"], *row["witness"]] for row in rows if "depth" in row]
-assert len(ours) == 12 and ours == theirs, (ours, theirs)
-print(f"{len(ours)} answers, equal to those of `query --json` in every bit")
+"$program" escape "$scene" --input "$work/q.jsonl" --json >"$work/escapes.jsonl" || [ $? = 1 ]
+row() { sed -n "$1p" "$work/q.txt" | tr ' ' ','; }
+"$program" plan "$scene" --from="$(row 1)" --to="$(row 2)" --json >"$work/plan.json" || [ $? = 1 ]
+"$program" repair "$scene" --path <(head -n 3 "$work/q.txt") --json >"$work/repair.json" || [ $? = 1 ]
+python3 - "$work" <<'PY'
+import itertools, json, pathlib, sys
+folder = pathlib.Path(sys.argv[1])
+ours = [[float.fromhex(x) for x in line.split()] for line in open(folder / "answers.txt")]
+def rows(name):
+    return [json.loads(line) for line in open(folder / name)]
+theirs = [[row["depth"], row["lower_bound"], *row["witness"]] for row in rows("answers.jsonl") if "depth" in row]
+paths = [list(itertools.chain(*row["points"])) for row in rows("escapes.jsonl") + rows("plan.json") + rows("repair.json")]
+assert len(theirs) == 12 and ours[:12] == theirs, (ours[:12], theirs)
+assert len(paths) == 14 and ours[12:] == paths, (ours[12:], paths)
+print(f"{len(theirs)} answers and {len(paths)} paths ({sum(map(bool, paths))} found), equal to those of the program in every bit")
 PY
 if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
     # shellcheck disable=SC2086
