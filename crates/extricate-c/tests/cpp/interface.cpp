@@ -44,6 +44,7 @@ static std::string refused(extricate::Status status, Work work) {
     try {
         work();
     } catch (const extricate::Error& error) {
+        if (error.status() != status) std::fprintf(stderr, "status %d: %s\n", error.status(), error.what());
         CHECK(error.status() == status);
         CHECK(extricate::last_status() == status);
         return error.what();
@@ -442,7 +443,7 @@ static void models(const Scene& scene, const std::vector<double>& q, const std::
     CHECK(ended.is_learned() && heard >= 3);
     extricate::LoadOptions little;
     little.limits = {{"text-bytes", 10}};
-    CHECK(contains(refused(EXTRICATE_INPUT, [&] { Scene(folder + "/cell/shelf-arm.toml", little); }), "text"));
+    CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene(folder + "/cell/shelf-arm.toml", little); }), "text"));
     const Scene loaded(folder + "/arm.model");
     Solver first(model), second(loaded), changed(loaded.without_obstacles());
     CHECK(same(*first.query(q), *second.query(q)));
