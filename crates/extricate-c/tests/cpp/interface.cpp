@@ -594,7 +594,9 @@ int main(int argc, char** argv) {
     layers();
     for (const Answer& answer : answers) print(answer);
     for (const auto& q : rows) print(solver.escape(q).points());
-    print(solver.plan(rows[0], rows[1]).points());
+    extricate::PlanOptions some;
+    some.max_checks = 20000;
+    print(solver.plan(rows[1], rows[5], some).points());
     std::vector<double> path;
     for (std::size_t k = 0; k < 3; ++k) path.insert(path.end(), rows[k].begin(), rows[k].end());
     print(solver.repair(path).points());
