@@ -1,4 +1,4 @@
-// A guard beside a controller of 1 kHz: which way is out, and is there time to say so? A motion runs through
+// A guard beside a controller of 1 kHz: where is the nearest exit, and is there time to say so? A motion runs through
 // obstacles; each frame is one query of a stream with a budget.
 //
 // usage: servo_guard [SCENE [FRAMES]]
@@ -38,8 +38,8 @@ int main(int argc, char** argv) {
         if (!answer || answer->is_free()) continue;
         ++colliding;
         if (frame % (frames / 10 + 1) != 0) continue;
-        // The way out: the controller moves against the gradient of the depth.
-        std::printf("frame %4d, %.3f from free, way out:", frame, answer->depth());
+        // To the exit, the controller moves against the gradient of the depth.
+        std::printf("frame %4d, %.3f from free, direction of the exit:", frame, answer->depth());
         for (double slope : answer->gradient()) std::printf(" %+.2f", -slope);
         std::printf("\n");
     }

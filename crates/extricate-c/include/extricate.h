@@ -221,11 +221,11 @@ typedef struct ExtricateLoadLimit {
 typedef struct ExtricateLoadOptions {
     // Folders in which `package://NAME/...` is looked up first; null for none.
     const char *const *packages;
-    // Number of `packages`.
+    // Number of folders in `packages`.
     size_t package_count;
     // Limits in place of the default ones; null for none.
     const struct ExtricateLoadLimit *limits;
-    // Number of `limits`.
+    // Number of limits in `limits`.
     size_t limit_count;
 } ExtricateLoadOptions;
 
@@ -246,7 +246,7 @@ typedef struct ExtricateProgress {
     double fraction;
     // Labels (exact checks) spent.
     size_t labels;
-    // Boundary samples found.
+    // Number of boundary samples found.
     size_t boundary_samples;
     // Held-out balanced accuracy of the last classifier; nan before the first.
     double accuracy;
@@ -284,7 +284,7 @@ typedef struct ExtricateShape {
     uint32_t convex;
     // Heights of a height field, row by row [m].
     const double *heights;
-    // Number of `heights`.
+    // Number of heights in `heights`.
     size_t height_count;
     // Number of heights of a row.
     size_t columns;
@@ -356,7 +356,7 @@ typedef struct ExtricateOptions {
     // Weights of joints, in place of those of the scene; null by default, for none. They prepare
     // the scene anew, and a model is not used with them.
     const struct ExtricateWeight *weights;
-    // Number of `weights`.
+    // Number of joints in `weights`.
     size_t weight_count;
     // The goal, a configuration: among exits about as near as the nearest, the one nearest to the
     // goal becomes the witness; null by default, for none.
@@ -462,8 +462,8 @@ typedef struct ExtricateStreamOptions {
     double hysteresis;
     // Number of other starts that each frame tries; 2 by default.
     size_t starts_per_frame;
-    // Whether the witness is a proxy that never jumps: from frame to frame it only moves where
-    // every configuration on its way is proved free: 0 or 1; 0 by default.
+    // Whether the witness is a proxy that never jumps: 0 or 1; 0 by default. From frame to frame a
+    // proxy only moves where every configuration on its way is proved free.
     uint32_t continuous;
 } ExtricateStreamOptions;
 
@@ -512,8 +512,8 @@ typedef struct ExtricateEscapeSummary {
     // Most that any pair that collides at the query was found deeper than there [m]. It is
     // proved to be at most the tolerance.
     double deepening;
-    // Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found [m]; nan if
-    // a path was found, or if none is found with these either.
+    // Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found [m]. It is nan
+    // if a path was found, or if none is found with these either.
     double needed_tolerance;
     // Length of the path in the scene's metric.
     double length;
@@ -526,7 +526,7 @@ typedef struct ExtricateEscapeSummary {
 
 // A pair of bodies and its signed distance.
 typedef struct ExtricatePairDistance {
-    // The bodies.
+    // The two bodies of the pair.
     struct ExtricatePair pair;
     // Signed distance [m]; negative if the bodies overlap.
     double distance;
@@ -581,8 +581,8 @@ typedef struct ExtricatePlanSummary {
 // Options of extricate_repair(). extricate_repair_options_init() fills in the defaults; then set
 // the members that differ.
 typedef struct ExtricateRepairOptions {
-    // Clearance to which configurations are pushed out: 0 to 1e9 [m]; nan by default, which
-    // means that of the scene plus a tenth of the radius of the smallest moving body.
+    // Clearance to which configurations are pushed out: 0 to 1e9 [m]. It is nan by default,
+    // which means that of the scene plus a tenth of the radius of the smallest moving body.
     double aim;
     // Largest accepted deviation from the path, in the scene's metric: 0 to 1e9; infinity by
     // default, for no limit.
@@ -612,8 +612,8 @@ typedef struct ExtricateRepairOptions {
 typedef struct ExtricateRepairedSummary {
     // Whether a path was found.
     bool found;
-    // Largest distance, in the scene's metric, of a point from its place on the old path, and of a
-    // row of the old path from the corresponding point of the new one.
+    // Largest distance of a point from its place on the old path, in the scene's metric. Rows of
+    // the old path that the new one cuts off count too.
     double deviation;
     // Length of the path in the scene's metric.
     double length;
@@ -638,8 +638,8 @@ typedef struct ExtricateReleaseOptions {
     // Coefficient of friction, for the quality of the grasp: 0 to 1e9; 0.8 by default, 0 leaves
     // the quality unmeasured.
     double friction;
-    // Configuration with open fingers, from which each finger closes on its side of the object;
-    // null by default, which means every joint at 0, or at the limit nearest to 0.
+    // Configuration with open fingers, from which each finger closes on its side of the object.
+    // It is null by default, which means every joint at 0, or at the limit nearest to 0.
     const double *open;
     // Number of coordinates of `open`: that of a configuration.
     size_t open_count;
@@ -686,7 +686,7 @@ typedef struct ExtricateGraspSummary {
 typedef struct ExtricateGraspContact {
     // Name of the link, which lives as long as the grasp.
     const char *link;
-    // Signed distance [m].
+    // Signed distance of link and object [m].
     double distance;
     // Point on the object, in the world [m].
     double point[3];
@@ -775,7 +775,7 @@ size_t extricate_positions_values(const struct ExtricatePositions *positions,
                                   size_t index,
                                   const double **values);
 
-// Frees positions.
+// Frees the positions of joints.
 void extricate_positions_free(struct ExtricatePositions *positions);
 
 // Writes the configuration in a text that holds a ROS message: a JointState, alone or in a
@@ -816,10 +816,11 @@ bool extricate_scene_is_learned(const struct ExtricateScene *scene);
 // scene; null if the scene has no model. docs/reference/statistics.md describes the keys.
 const char *extricate_scene_statistics(const struct ExtricateScene *scene);
 
-// Returns the number of stored samples of the model, free configurations beside the boundary, and
-// points `samples` to the first number of the first one; they have `nq` numbers each and follow one
-// another. 0 if the scene has no model.
-size_t extricate_scene_samples(const struct ExtricateScene *scene, const double **samples);
+// Returns the number of stored samples of the model, and points `samples` to the first number of the
+// first one. They are free configurations beside the boundary, follow one another and have `nq`
+// numbers each. Returns 0 if the scene has no model.
+size_t extricate_scene_samples(const struct ExtricateScene *scene,
+                               const double **samples);
 
 // Returns the number of warnings about the scene, such as open meshes, defaults that were assumed,
 // and ignored content of a message of MoveIt; 0 if `scene` is null.
@@ -855,9 +856,9 @@ ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene 
 // it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
 // depends only on scene, labels and seed, unless the time limit ended learning.
 //
-// `progress` is null, or a function that is called after each step with the state of the run and
-// with `progress_data`, on any thread; if it returns false, the run ends and keeps what it has
-// learned. It must not throw.
+// `progress` is null, or a function that is called after each step, on any thread. It gets the state
+// of the run and `progress_data`. If it returns false, the run ends and keeps what it has learned.
+// It must not throw.
 ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
                                 size_t labels,
                                 double seconds,
@@ -1084,7 +1085,7 @@ ExtricateStatus extricate_contacts(const struct ExtricateSolver *solver,
 size_t extricate_contacts_list(const struct ExtricateContacts *contacts,
                                const struct ExtricateContact **list);
 
-// Frees contacts.
+// Frees contacts of bodies.
 void extricate_contacts_free(struct ExtricateContacts *contacts);
 
 // Draws `count` uniformly random configurations within the limits, `nq` numbers each: with
@@ -1241,9 +1242,9 @@ void extricate_plan_free(struct ExtricatePlan *plan);
 // Fills in the default options of repairs.
 ExtricateStatus extricate_repair_options_init(struct ExtricateRepairOptions *options);
 
-// Finds a path that is proved free, as near as it can to the path of `count` configurations, which
-// follow one another in `path`, `nq` numbers each; null options mean the defaults. All must be
-// within the limits. A colliding end is moved too. If no path is found, `repaired` has no points.
+// Finds a path that is proved free, as near to the given one as it can. `path` has `count`
+// configurations within the limits, which follow one another, `nq` numbers each. Null options mean
+// the defaults. A colliding end is moved too. If no path is found, `repaired` has no points.
 ExtricateStatus extricate_repair(const struct ExtricateSolver *solver,
                                  const double *path,
                                  size_t count,
@@ -1294,7 +1295,7 @@ size_t extricate_roadmap_edges(const struct ExtricateRoadmap *roadmap);
 // null.
 size_t extricate_roadmap_checks(const struct ExtricateRoadmap *roadmap);
 
-// Frees a roadmap.
+// Frees a roadmap of plans.
 void extricate_roadmap_free(struct ExtricateRoadmap *roadmap);
 
 // Fills in the default options of releases.
@@ -1303,8 +1304,8 @@ ExtricateStatus extricate_release_options_init(struct ExtricateReleaseOptions *o
 // Makes the hand of a scene that holds the obstacle `object`: it finds the fingers, and prepares
 // what releases need. It keeps the scene, but no model; any number of threads may use it.
 //
-// If `scene_weights` is false, the base of a floating hand gets weights that make a displacement
-// of it as dear as one of the fingers; otherwise the weights of the scene apply.
+// If `scene_weights` is false, the base of a floating hand gets weights. They make moving the hand
+// about as expensive as moving its fingers. Otherwise the weights of the scene apply.
 ExtricateStatus extricate_hand_new(const struct ExtricateScene *scene,
                                    const char *object,
                                    bool scene_weights,
@@ -1345,8 +1346,8 @@ void extricate_grasp_free(struct ExtricateGrasp *grasp);
 
 // Computes where bodies are in the world at `count` configurations, which follow one another in
 // `q`, `nq` numbers each. `names` are those of bodies or of links, which need no geometry; null
-// means all bodies. Writes a transform for each configuration and name: the 16 numbers of a 4 by 4
-// matrix, row by row, from a body's own coordinates [m] to those of the world. A link has the
+// means all bodies. Writes a transform for each configuration and name, from a body's own
+// coordinates [m] to those of the world: 16 numbers, a 4 by 4 matrix row by row. A link has the
 // coordinates of its URDF; an obstacle or an attached object has those of its shape.
 // `transform_count` must be the number of transforms: `count` times the number of names or bodies.
 ExtricateStatus extricate_scene_poses(const struct ExtricateScene *scene,
@@ -1374,7 +1375,7 @@ size_t extricate_mesh_points(const struct ExtricateMesh *mesh, const double **po
 // corners, three each, counterclockwise from outside.
 size_t extricate_mesh_triangles(const struct ExtricateMesh *mesh, const uint32_t **triangles);
 
-// Frees a mesh.
+// Frees the triangles of a body.
 void extricate_mesh_free(struct ExtricateMesh *mesh);
 
 // Finds the points that are not the robot's own: at `q`, no link is nearer to them than `padding`

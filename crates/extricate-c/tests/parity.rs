@@ -1,6 +1,6 @@
-//! Compares what C and C++ can do with what Python can: for each public call of the native half of
-//! the Python package, a table names the functions of `extricate.h` and the calls of
-//! `extricate.hpp`, or says why there are none.
+//! Compares what C and C++ can do with what Python can. A table has each public call of the native
+//! half of the Python package. It names the functions of `extricate.h` and the calls of
+//! `extricate.hpp` that do the same, or says why there are none.
 
 use std::collections::BTreeSet;
 

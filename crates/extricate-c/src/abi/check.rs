@@ -252,7 +252,7 @@ pub unsafe extern "C" fn extricate_contacts_list(
     unsafe { raw::list(contacts, list, |contacts| &contacts.contacts) }
 }
 
-/// Frees contacts.
+/// Frees contacts of bodies.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_contacts_free(contacts: *mut ExtricateContacts) {
     guarded(|| {

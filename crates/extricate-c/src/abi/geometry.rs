@@ -17,8 +17,8 @@ const TRANSFORM: usize = 16;
 
 /// Computes where bodies are in the world at `count` configurations, which follow one another in
 /// `q`, `nq` numbers each. `names` are those of bodies or of links, which need no geometry; null
-/// means all bodies. Writes a transform for each configuration and name: the 16 numbers of a 4 by 4
-/// matrix, row by row, from a body's own coordinates \[m\] to those of the world. A link has the
+/// means all bodies. Writes a transform for each configuration and name, from a body's own
+/// coordinates \[m\] to those of the world: 16 numbers, a 4 by 4 matrix row by row. A link has the
 /// coordinates of its URDF; an obstacle or an attached object has those of its shape.
 /// `transform_count` must be the number of transforms: `count` times the number of names or bodies.
 #[unsafe(no_mangle)]
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn extricate_mesh_triangles(mesh: *const ExtricateMesh, tr
     unsafe { raw::list(mesh, triangles, |mesh| mesh.triangles.as_flattened()) / 3 }
 }
 
-/// Frees a mesh.
+/// Frees the triangles of a body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_mesh_free(mesh: *mut ExtricateMesh) {
     guarded(|| {

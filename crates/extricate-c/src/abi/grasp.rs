@@ -28,8 +28,8 @@ pub unsafe extern "C" fn extricate_release_options_init(options: *mut ExtricateR
 /// Makes the hand of a scene that holds the obstacle `object`: it finds the fingers, and prepares
 /// what releases need. It keeps the scene, but no model; any number of threads may use it.
 ///
-/// If `scene_weights` is false, the base of a floating hand gets weights that make a displacement
-/// of it as dear as one of the fingers; otherwise the weights of the scene apply.
+/// If `scene_weights` is false, the base of a floating hand gets weights. They make moving the hand
+/// about as expensive as moving its fingers. Otherwise the weights of the scene apply.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_hand_new(
     scene: *const ExtricateScene,

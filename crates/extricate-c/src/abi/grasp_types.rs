@@ -19,8 +19,8 @@ pub struct ExtricateReleaseOptions {
     /// Coefficient of friction, for the quality of the grasp: 0 to 1e9; 0.8 by default, 0 leaves
     /// the quality unmeasured.
     pub friction: f64,
-    /// Configuration with open fingers, from which each finger closes on its side of the object;
-    /// null by default, which means every joint at 0, or at the limit nearest to 0.
+    /// Configuration with open fingers, from which each finger closes on its side of the object.
+    /// It is null by default, which means every joint at 0, or at the limit nearest to 0.
     pub open: *const f64,
     /// Number of coordinates of `open`: that of a configuration.
     pub open_count: usize,
@@ -71,7 +71,7 @@ pub struct ExtricateGraspSummary {
 pub struct ExtricateGraspContact {
     /// Name of the link, which lives as long as the grasp.
     pub link: *const c_char,
-    /// Signed distance \[m\].
+    /// Signed distance of link and object \[m\].
     pub distance: f64,
     /// Point on the object, in the world \[m\].
     pub point: [f64; 3],

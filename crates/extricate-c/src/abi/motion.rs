@@ -201,9 +201,9 @@ pub unsafe extern "C" fn extricate_repair_options_init(options: *mut ExtricateRe
     })
 }
 
-/// Finds a path that is proved free, as near as it can to the path of `count` configurations, which
-/// follow one another in `path`, `nq` numbers each; null options mean the defaults. All must be
-/// within the limits. A colliding end is moved too. If no path is found, `repaired` has no points.
+/// Finds a path that is proved free, as near to the given one as it can. `path` has `count`
+/// configurations within the limits, which follow one another, `nq` numbers each. Null options mean
+/// the defaults. A colliding end is moved too. If no path is found, `repaired` has no points.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_repair(
     solver: *const ExtricateSolver,

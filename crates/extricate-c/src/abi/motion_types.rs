@@ -94,8 +94,8 @@ pub struct ExtricatePlanOptions {
 /// the members that differ.
 #[repr(C)]
 pub struct ExtricateRepairOptions {
-    /// Clearance to which configurations are pushed out: 0 to 1e9 \[m\]; nan by default, which
-    /// means that of the scene plus a tenth of the radius of the smallest moving body.
+    /// Clearance to which configurations are pushed out: 0 to 1e9 \[m\]. It is nan by default,
+    /// which means that of the scene plus a tenth of the radius of the smallest moving body.
     pub aim: f64,
     /// Largest accepted deviation from the path, in the scene's metric: 0 to 1e9; infinity by
     /// default, for no limit.
@@ -125,7 +125,7 @@ pub struct ExtricateRepairOptions {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricatePairDistance {
-    /// The bodies.
+    /// The two bodies of the pair.
     pub pair: ExtricatePair,
     /// Signed distance \[m\]; negative if the bodies overlap.
     pub distance: f64,
@@ -144,8 +144,8 @@ pub struct ExtricateEscapeSummary {
     /// Most that any pair that collides at the query was found deeper than there \[m\]. It is
     /// proved to be at most the tolerance.
     pub deepening: f64,
-    /// Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found \[m\]; nan if
-    /// a path was found, or if none is found with these either.
+    /// Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found \[m\]. It is nan
+    /// if a path was found, or if none is found with these either.
     pub needed_tolerance: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,
@@ -182,8 +182,8 @@ pub struct ExtricatePlanSummary {
 pub struct ExtricateRepairedSummary {
     /// Whether a path was found.
     pub found: bool,
-    /// Largest distance, in the scene's metric, of a point from its place on the old path, and of a
-    /// row of the old path from the corresponding point of the new one.
+    /// Largest distance of a point from its place on the old path, in the scene's metric. Rows of
+    /// the old path that the new one cuts off count too.
     pub deviation: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,

@@ -84,7 +84,7 @@ pub unsafe extern "C" fn extricate_roadmap_checks(roadmap: *const ExtricateRoadm
     unsafe { raw::shared(roadmap, "roadmap") }.map_or(0, |roadmap| roadmap.roadmap.checks())
 }
 
-/// Frees a roadmap.
+/// Frees a roadmap of plans.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_roadmap_free(roadmap: *mut ExtricateRoadmap) {
     guarded(|| {

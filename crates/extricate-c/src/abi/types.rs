@@ -114,7 +114,7 @@ pub struct ExtricateShape {
     pub convex: u32,
     /// Heights of a height field, row by row \[m\].
     pub heights: *const f64,
-    /// Number of `heights`.
+    /// Number of heights in `heights`.
     pub height_count: usize,
     /// Number of heights of a row.
     pub columns: usize,
@@ -154,11 +154,11 @@ pub struct ExtricateLoadLimit {
 pub struct ExtricateLoadOptions {
     /// Folders in which `package://NAME/...` is looked up first; null for none.
     pub packages: *const *const c_char,
-    /// Number of `packages`.
+    /// Number of folders in `packages`.
     pub package_count: usize,
     /// Limits in place of the default ones; null for none.
     pub limits: *const ExtricateLoadLimit,
-    /// Number of `limits`.
+    /// Number of limits in `limits`.
     pub limit_count: usize,
 }
 
@@ -173,7 +173,7 @@ pub struct ExtricateProgress {
     pub fraction: f64,
     /// Labels (exact checks) spent.
     pub labels: usize,
-    /// Boundary samples found.
+    /// Number of boundary samples found.
     pub boundary_samples: usize,
     /// Held-out balanced accuracy of the last classifier; nan before the first.
     pub accuracy: f64,
@@ -238,7 +238,7 @@ pub struct ExtricateOptions {
     /// Weights of joints, in place of those of the scene; null by default, for none. They prepare
     /// the scene anew, and a model is not used with them.
     pub weights: *const ExtricateWeight,
-    /// Number of `weights`.
+    /// Number of joints in `weights`.
     pub weight_count: usize,
     /// The goal, a configuration: among exits about as near as the nearest, the one nearest to the
     /// goal becomes the witness; null by default, for none.
@@ -264,8 +264,8 @@ pub struct ExtricateStreamOptions {
     pub hysteresis: f64,
     /// Number of other starts that each frame tries; 2 by default.
     pub starts_per_frame: usize,
-    /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
-    /// every configuration on its way is proved free: 0 or 1; 0 by default.
+    /// Whether the witness is a proxy that never jumps: 0 or 1; 0 by default. From frame to frame a
+    /// proxy only moves where every configuration on its way is proved free.
     pub continuous: u32,
 }
 
