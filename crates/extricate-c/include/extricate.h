@@ -4,9 +4,9 @@
  * Every function that can fail returns an ExtricateStatus. If that is not EXTRICATE_OK,
  * extricate_last_error() says what is wrong. Handles belong to the caller, who frees each of them
  * once, with the function of its type; null may be given there. No handle has to outlive another: a
- * solver keeps its scene. Any number of threads may use one scene, solver or answer at the same
- * time; only extricate_solver_set_options() needs a solver for itself. A stream is for one thread
- * at a time. Strings are UTF-8 and end with a zero. Lengths are in metres, angles in radians.
+ * solver keeps its scene. Any number of threads may use one scene, solver, hand or result at the
+ * same time; only extricate_solver_set_options() needs a solver for itself. A stream and a roadmap
+ * are for one thread at a time. Strings are UTF-8 and end with a zero. Lengths are in metres, angles in radians.
  *
  * Pointers must be null or valid, as in every C interface: a handle that was freed, or an array that
  * is shorter than was said, is not noticed. A null pointer, or a wrong length that can be seen,

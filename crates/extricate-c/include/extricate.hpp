@@ -14,9 +14,10 @@
  * object, nothing, nan or false. extricate::last_status() and last_error() then report the reason; each
  * thread has its own.
  *
- * A Scene and an Answer never change and are cheap to copy. A Solver and a Stream are moved, not copied.
- * Any number of threads may use one Scene, Answer or Solver at the same time; only set_options() needs a
- * Solver for itself. A Stream is for one thread at a time. */
+ * A Scene, a Hand and all results never change and are cheap to copy. A Solver, a Stream and a Roadmap
+ * are moved, not copied. Any number of threads may use one Scene, Hand, result or Solver at the same
+ * time; only set_options() needs a Solver for itself. A Stream and a Roadmap are for one thread at a
+ * time. */
 #ifndef EXTRICATE_HPP
 #define EXTRICATE_HPP
 
