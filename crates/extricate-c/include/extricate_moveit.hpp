@@ -193,38 +193,38 @@ private:
         Options asked = options(world, limits);
         Solver solver(world, asked);
         if (!solver) return start;
-        Answer answer = solver.query(q);
+        std::optional<Answer> answer = solver.query(q);
         if (!answer && last_status() != EXTRICATE_NOTHING_FREE) return start;
         const std::vector<std::string> known = robot_.warnings();
         for (const std::string& warning : world.warnings())
             if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
-        const auto is_far = [&] { return !answer || answer.max_displacement() > limits.max_displacement; };
+        const auto is_far = [&] { return !answer || answer->max_displacement() > limits.max_displacement; };
         // If nothing near keeps that much, something near may keep the clearance of the scene.
         if (is_far() && limits.clearance > world.clearance()) {
             asked.clearance = std::nan("");
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
             // A solver takes no limit of 0.
             asked.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
-            solver.set_options(asked);
-            if (const Answer near = solver.query(q)) answer = near;
+            if (!solver.set_options(asked)) return start;
+            if (const std::optional<Answer> near = solver.query(q)) answer = near;
         }
         const std::map<std::string, std::size_t> joints = coordinates(world);
         const bool is_allowed = !is_far();
         for (const auto& [joint, at] : joints)
-            start.positions.emplace_back(joint, is_allowed ? answer.witness()[at] : q[at]);
+            start.positions.emplace_back(joint, is_allowed ? answer->witness()[at] : q[at]);
         if (!answer) {
             start.summary = "the start is in collision, and no free state was found for the joints that may move";
             return start;
         }
-        start.was_free = answer.is_free();
+        start.was_free = answer->is_free();
         start.fixed = is_allowed;
-        start.depth = answer.depth();
-        start.lower_bound = answer.lower_bound();
-        start.gap = answer.gap();
-        start.max_displacement = answer.max_displacement();
-        start.clearance = answer.summary().clearance;
-        for (const ExtricatePair& pair : answer.colliding()) start.colliding.push_back(world.names(pair));
-        for (std::size_t at : answer.outside())
+        start.depth = answer->depth();
+        start.lower_bound = answer->lower_bound();
+        start.gap = answer->gap();
+        start.max_displacement = answer->max_displacement();
+        start.clearance = answer->summary().clearance;
+        for (const ExtricatePair& pair : answer->colliding()) start.colliding.push_back(world.names(pair));
+        for (std::size_t at : answer->outside())
             for (const auto& [joint, coordinate] : joints)
                 if (coordinate == at) start.outside.push_back(joint);
         start.summary = summary(start, limits);

@@ -2,10 +2,12 @@
 
 #![allow(unsafe_code)]
 
-use extricate::{Error, QueryOptions, Scene, Solver, Stop, Toward};
+use std::ffi::c_void;
+
+use extricate::{Error, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
-use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions};
+use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions, ExtricateWeight};
 use crate::enum_constants::{EFFORTS, choice};
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
@@ -20,6 +22,25 @@ pub struct Wanted {
     pub options: QueryOptions,
     /// Whether configurations beyond the limits are refused.
     pub refuse_outside: bool,
+    /// Weights in place of those of the scene.
+    pub weights: Weights,
+}
+
+/// Weights of joints, for translations and for the rotation, in place of those of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Weights(Vec<(String, [f64; 2])>);
+
+impl Weights {
+    /// Returns `solver` with these weights.
+    ///
+    /// # Errors
+    /// If a joint is unknown, or a weight makes no sense.
+    pub fn solver(&self, solver: &Solver) -> Result<Solver> {
+        match self.0.is_empty() {
+            true => Ok(solver.clone()),
+            false => Ok(solver.weighted(self.0.iter().map(|(name, both)| (name.as_str(), *both)))?),
+        }
+    }
 }
 
 /// Returns what `extricate_options_init()` writes.
@@ -38,6 +59,10 @@ pub fn defaults() -> ExtricateOptions {
         max_seconds: f64::INFINITY,
         locked: std::ptr::null(),
         locked_count: 0,
+        free: std::ptr::null(),
+        free_count: 0,
+        weights: std::ptr::null(),
+        weight_count: 0,
         toward: std::ptr::null(),
         toward_count: 0,
         toward_share: 0.25,
@@ -63,29 +88,38 @@ impl Wanted {
         // SAFETY: the same.
         let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
         // SAFETY: the same.
+        let free = unsafe { raw::texts(given.free, given.free_count, "options.free") }?;
+        // SAFETY: the same.
+        let weights = unsafe { raw::slice(given.weights, given.weight_count, "options.weights") }?;
+        let weight = |(at, weight): (usize, &ExtricateWeight)| {
+            // SAFETY: the same.
+            let joint = unsafe { raw::text(weight.joint, &format!("options.weights[{at}].joint")) }?;
+            Ok((joint.to_string(), [weight.translation, weight.rotation]))
+        };
+        let weights = Weights(weights.iter().enumerate().map(weight).collect::<Result<_>>()?);
+        // SAFETY: the same.
         let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
-        // SAFETY: the header states the contract of `Callback::new` for `stop`.
-        let callback = given.stop.map(|stop| unsafe { Callback::new(stop, given.stop_data) });
+        let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+        // SAFETY: the header states the contract for `stop`.
+        let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
         let Some(effort) = choice(EFFORTS, given.effort) else {
             return Err(fault("effort", given.effort, EFFORTS_EXPECTED));
         };
         let mut options = QueryOptions::default()
             .effort(effort)
             .exits(given.exits)
-            .locked(scene.joints_named("locked", locked)?)
+            .locked(held_joints(scene, locked, free)?)
             .free_radius(given.free_radius != 0)
             .segment(given.segment != 0)
-            .contacts(given.contacts != 0);
+            .contacts(given.contacts != 0)
+            .termination(termination);
         options.starts = (given.starts > 0).then_some(given.starts);
         options.gap = (!given.gap.is_nan()).then_some(given.gap);
         options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
-        options.termination.max_checks = (given.max_checks != usize::MAX).then_some(given.max_checks);
-        options.termination.max_seconds = (given.max_seconds != f64::INFINITY).then_some(given.max_seconds);
-        options.termination.stop = callback.map(|callback| Stop::when(move || callback.ask()));
         if !goal.is_empty() {
             options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }
-        Ok(Self { options, refuse_outside: given.refuse_outside != 0 })
+        Ok(Self { options, refuse_outside: given.refuse_outside != 0, weights })
     }
 
     /// Makes a solver with these options, which shares all else with `solver`.
@@ -93,11 +127,68 @@ impl Wanted {
     /// # Errors
     /// If an option makes no sense. The message names the member, its value and what was expected.
     pub fn of(self, solver: &Solver) -> Result<ExtricateSolver> {
-        let solver = solver.clone().options(self.options).map_err(|error| match error {
-            Error::Option { name, value, expected } => fault(name, value, &expected),
-            other => other.into(),
-        })?;
-        Ok(ExtricateSolver { solver, refuse_outside: self.refuse_outside })
+        let own = self.weights.solver(solver)?.options(self.options).map_err(of_call)?;
+        let (base, weights) = (solver.clone(), self.weights);
+        Ok(ExtricateSolver { base, solver: own, refuse_outside: self.refuse_outside, weights })
+    }
+}
+
+/// Returns the joints that a query holds: the locked ones, or all but the free ones.
+fn held_joints(scene: &Scene, locked: Vec<&str>, free: Vec<&str>) -> Result<Vec<usize>> {
+    if free.is_empty() {
+        return Ok(scene.joints_named("locked", locked)?);
+    }
+    if !locked.is_empty() {
+        return Err(Fault::argument("options.locked, options.free: got both, expected one of them"));
+    }
+    let free = scene.joints_named("free", free)?;
+    Ok((0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect())
+}
+
+/// The limits of a call, as its options have them.
+pub struct Limits {
+    /// Most checks; `usize::MAX` stands for no limit.
+    pub max_checks: usize,
+    /// Most seconds; infinity stands for no limit.
+    pub max_seconds: f64,
+}
+
+impl Limits {
+    pub fn of(termination: &Termination) -> Self {
+        Self {
+            max_checks: termination.max_checks.unwrap_or(usize::MAX),
+            max_seconds: termination.max_seconds.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Returns the limits together with the function that ends the call.
+    ///
+    /// # Safety
+    /// The contract of [`Callback::new`].
+    ///
+    /// # Errors
+    /// If a limit makes no sense.
+    pub unsafe fn termination(
+        self,
+        stop: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
+        data: *mut c_void,
+    ) -> Result<Termination> {
+        // SAFETY: the contract of this function.
+        let callback = stop.map(|stop| unsafe { Callback::new(stop, data) });
+        let mut termination = Termination::default();
+        termination.max_checks = (self.max_checks != usize::MAX).then_some(self.max_checks);
+        termination.max_seconds = (self.max_seconds != f64::INFINITY).then_some(self.max_seconds);
+        termination.stop = callback.map(|callback| Stop::when(move || callback.ask()));
+        QueryOptions::default().termination(termination.clone()).check().map_err(of_call)?;
+        Ok(termination)
+    }
+}
+
+/// Converts the error of a call: an option is a member of its structure.
+pub fn of_call(error: Error) -> Fault {
+    match error {
+        Error::Option { name, value, expected } => fault(name, value, &expected),
+        other => other.into(),
     }
 }
 
@@ -124,9 +215,19 @@ mod tests {
     use super::*;
     use crate::abi::types::{EXTRICATE_NEAREST, EXTRICATE_PROVED};
 
-    /// Members that are no query options of the library: lengths of lists, the stop function, and
-    /// whether configurations are refused.
-    const OF_C_ALONE: &[&str] = &["refuse_outside", "locked_count", "toward_count", "stop", "stop_data"];
+    /// Members that are no query options of the library: lengths of lists, the stop function, the
+    /// weights of the scene, the inverse of `locked`, and whether configurations are refused.
+    const OF_C_ALONE: &[&str] = &[
+        "refuse_outside",
+        "locked_count",
+        "free",
+        "free_count",
+        "weights",
+        "weight_count",
+        "toward_count",
+        "stop",
+        "stop_data",
+    ];
     /// Defaults that C spells differently from Python.
     const DEFAULTS_IN_C: &[(&str, &str)] = &[
         ("effort", "EXTRICATE_REFINED"),
