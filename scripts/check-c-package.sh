@@ -76,7 +76,7 @@ check_libdir() {
     # shellcheck disable=SC2086
     ${CC:-cc} -std=c11 "$crate/examples/first_query.c" $flags -o "$here/by_pkg_config"
     expect_loads "$here/by_pkg_config" "libextricate_c.so.$number"
-    LD_LIBRARY_PATH=$prefix/$libdir "$here/by_pkg_config"
+    LD_LIBRARY_PATH=$prefix/$libdir "$here/by_pkg_config" >/dev/null
 
     # pkg-config, linked in: the system's libraries are those of Libs.private.
     flags=$(pkg-config --static --cflags --libs extricate)
@@ -84,7 +84,7 @@ check_libdir() {
     # shellcheck disable=SC2086
     ${CXX:-c++} -std=c++17 "$crate/examples/first_query.cpp" ${flags/-lextricate_c/-Wl,-Bstatic -lextricate_c -Wl,-Bdynamic} -o "$here/linked_in"
     expect_loads "$here/linked_in" ""
-    "$here/linked_in"
+    "$here/linked_in" >/dev/null
 
     # find_package, after the folder was moved. C++17 comes from the targets: first_query.cpp is not C++11.
     mv "$prefix" "$here/moved"
@@ -92,13 +92,13 @@ check_libdir() {
     cmake_builds "$here/examples" -DCMAKE_PREFIX_PATH="$here/moved" -DCMAKE_DISABLE_FIND_PACKAGE_ompl=ON -DCMAKE_CXX_STANDARD=11
     expect_loads "$here/examples/build/first_query_c" "libextricate_c.so.$number"
     expect_loads "$here/examples/build/first_query_cpp" ""
-    "$here/examples/build/first_query_c"
-    "$here/examples/build/first_query_cpp"
+    "$here/examples/build/first_query_c" >/dev/null
+    "$here/examples/build/first_query_cpp" >/dev/null
 
     write_c_project "$here/c_alone" "$major.$minor"
     cmake_builds "$here/c_alone" -DCMAKE_PREFIX_PATH="$here/moved"
-    "$here/c_alone/build/with_extricate"
-    "$here/c_alone/build/with_static"
+    "$here/c_alone/build/with_extricate" >/dev/null
+    "$here/c_alone/build/with_static" >/dev/null
     local other
     for other in "$major.$((minor + 1))" "$((major + 1))"; do
         write_c_project "$here/version_$other" "$other"
@@ -118,7 +118,7 @@ check_static_alone() {
     # shellcheck disable=SC2086
     ${CXX:-c++} -std=c++17 "$crate/examples/first_query.cpp" $flags -o "$work/static_alone"
     expect_loads "$work/static_alone" ""
-    "$work/static_alone"
+    "$work/static_alone" >/dev/null
 }
 
 check_windows() {
