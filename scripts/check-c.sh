@@ -3,11 +3,12 @@
 # (pkg-config, CMake), under AddressSanitizer and UndefinedBehaviorSanitizer, and runs it. Answers are compared with those of the
 # program, to the last bit.
 #
-# Needs a C++17 compiler, pkg-config and Python 3; for the rest CMake, Eigen and OMPL (Debian: cmake libeigen3-dev libompl-dev and some of boost), which
-# are installed where CI is set, and elsewhere used where they are there. EXTRICATE_PROGRAM is as in check-python.sh. EXTRICATE_VALGRIND=1 runs
+# Needs Python 3 and what check-c-package.sh needs; for the rest Eigen and OMPL (Debian: libeigen3-dev libompl-dev and some of boost), which are
+# used if they are there. If CI is set, Debian's packages are installed. EXTRICATE_PROGRAM is as in check-python.sh. EXTRICATE_VALGRIND=1 runs
 # the tests under valgrind as well, which takes minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+cargo cinstall --version >/dev/null || { echo "cargo-c is missing: cargo install cargo-c --locked" >&2; exit 1; }
 work=target/c
 crate=crates/extricate-c
 rm -rf "$work"
@@ -17,7 +18,7 @@ work=$(cd "$work" && pwd)
 missing=()
 checker=()
 if [ -n "${EXTRICATE_VALGRIND:-}" ]; then checker=(valgrind); fi
-for package in "${checker[@]}" cmake libeigen3-dev libompl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev; do
+for package in "${checker[@]}" cmake mingw-w64 libeigen3-dev libompl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev; do
     dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
 done
 if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
@@ -25,11 +26,8 @@ if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${missing[@]}" >"$work/apt.log"
 fi
 
-# The build of the tests is used, as for the program: a build of this package alone would have other features of its dependencies.
-built=${CARGO_TARGET_DIR:-target}/debug
-if [ -e "$built/deps/libextricate_c.so" ]; then built=$built/deps; fi
-if [ ! -e "$built/libextricate_c.so" ]; then cargo build --quiet --locked --package extricate-c; fi
-scripts/install-c.sh "$work/prefix" "$built"
+# Built as the tests are: with assertions.
+cargo cinstall --quiet --locked --debug --package extricate-c --prefix="$work/prefix" --libdir=lib
 export PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig LD_LIBRARY_PATH=$work/prefix/lib
 flags=$(pkg-config --cflags --libs extricate)
 warnings="-Wall -Wextra -Wpedantic -Werror"
@@ -103,21 +101,22 @@ ${CXX:-c++} -std=c++17 $warnings $sanitized -Iros/stubs ros/extricate_moveit/src
     -pthread -o "$work/run_adapter"
 "$work/run_adapter" "$work/cell" "$crate/tests/messages/planning_scene.yaml"
 
-if command -v cmake >/dev/null; then
-    echo "the examples, by CMake, under AddressSanitizer"
-    cmake -S "$crate/examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_C_FLAGS="$sanitized" \
-        -DCMAKE_CXX_FLAGS="$sanitized" >"$work/cmake.log"
-    cmake --build "$work/examples" --parallel 2 >>"$work/cmake.log" || { tail -n 40 "$work/cmake.log"; exit 1; }
-    "$work/examples/first_query_c"
-    "$work/examples/first_query_cpp"
-    "$work/examples/servo_guard" "$scene" 200
-    "$work/examples/check_path"
-    sed -n '1,3p' "$work/q.txt" >"$work/path.txt"
-    "$work/examples/check_path" "$scene" "$work/path.txt" >/dev/null
-    if [ -x "$work/examples/ompl_start_repair" ]; then
-        "$work/examples/ompl_start_repair"
-    else
-        echo "OMPL is not there: its example was not built"
-        [ -z "${CI:-}" ]
-    fi
+echo "the examples, by CMake, under AddressSanitizer"
+cmake -S "$crate/examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_C_FLAGS="$sanitized" \
+    -DCMAKE_CXX_FLAGS="$sanitized" >"$work/cmake.log"
+cmake --build "$work/examples" --parallel 2 >>"$work/cmake.log" || { tail -n 40 "$work/cmake.log"; exit 1; }
+"$work/examples/first_query_c"
+"$work/examples/first_query_cpp"
+"$work/examples/servo_guard" "$scene" 200
+"$work/examples/check_path"
+sed -n '1,3p' "$work/q.txt" >"$work/path.txt"
+"$work/examples/check_path" "$scene" "$work/path.txt" >/dev/null
+if [ -x "$work/examples/ompl_start_repair" ]; then
+    "$work/examples/ompl_start_repair"
+else
+    echo "OMPL is not there: its example was not built"
+    [ -z "${CI:-}" ]
 fi
+
+echo "the installed package, in projects outside of the source tree"
+scripts/check-c-package.sh

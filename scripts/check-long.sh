@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What takes too long for every change, and is run before a release. Needs what .ci/run has built, rustup, a C++17 compiler, Chromium, Python
+# What takes too long for every change, and is run before a release. Needs what .ci/run has built, rustup, a C++17 compiler, libssl-dev, Chromium, Python
 # 3.9 or newer with pip, and a network. Nothing is left out silently.
 #
 #     scripts/check-long.sh [STEP...]           all of: live c packages platforms wheels fleet fuzz
@@ -21,7 +21,11 @@ live() {
 }
 
 c() {
-    step "C and C++: installed, under sanitizers and valgrind, with OMPL"
+    step "C and C++: installed by cargo-c, under sanitizers and valgrind, with OMPL"
+    local tools=$PWD/target/tools
+    export PATH="$tools/bin:$PATH"
+    # This version is for Rust 1.95; newer ones need a newer Rust.
+    cargo cinstall --version >/dev/null 2>&1 || cargo install --quiet --locked --root "$tools" cargo-c@0.10.24
     # With CI set, missing programs are installed.
     CI=1 EXTRICATE_VALGRIND=1 scripts/check-c.sh
 }
