@@ -38,7 +38,7 @@ cmake_builds() {
 # Writes a project into FOLDER that has the examples of the crate, without that of OMPL.
 copy_examples() {
     mkdir -p "$1"
-    cp "$crate"/examples/CMakeLists.txt "$crate"/examples/first_query.* "$1"
+    cp "$crate"/examples/CMakeLists.txt "$crate"/examples/{first_query.c,first_query.cpp,servo_guard.cpp,check_path.cpp} "$1"
 }
 
 # A project in C alone, which wants a version of the library.
