@@ -53,7 +53,7 @@ pub struct RepairArgs {
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     max_step: Option<f64>,
     /// With --frames: pairs of bodies that are at most this far apart in a line, or overlap there,
-    /// stay as near if they can, such as feet and ground
+    /// stay as near if they can, such as a sole and the ground
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     touch: Option<f64>,
     /// Seed of the random numbers
