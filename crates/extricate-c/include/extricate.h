@@ -104,8 +104,49 @@
 // only.
 #define EXTRICATE_HALF_SPACE 7
 
+// Escape: no step found a path.
+#define EXTRICATE_ESCAPE_NONE 0
+
+// Escape: the query is free.
+#define EXTRICATE_ESCAPE_FREE 1
+
+// Escape: the path is a straight edge to the nearest exit.
+#define EXTRICATE_ESCAPE_NEAREST 2
+
+// Escape: the path is a straight edge to another exit.
+#define EXTRICATE_ESCAPE_EXIT 3
+
+// Escape: the path separates the colliding pairs step by step.
+#define EXTRICATE_ESCAPE_PUSHED 4
+
+// Escape: trees that grew toward each other found the path.
+#define EXTRICATE_ESCAPE_GROWN 5
+
+// Plan: no step found a path.
+#define EXTRICATE_PLAN_NONE 0
+
+// Plan: the free part is the straight edge between its ends.
+#define EXTRICATE_PLAN_STRAIGHT 1
+
+// Plan: trees from both ends found the free part.
+#define EXTRICATE_PLAN_TREES 2
+
+// Plan: the free part goes through the roadmap.
+#define EXTRICATE_PLAN_ROADMAP 3
+
 // The answer to a query. It never changes, and pointers into it stay valid until it is freed.
 typedef struct ExtricateAnswer ExtricateAnswer;
+
+// A path out of collision. It never changes, and pointers into it stay valid until it is freed.
+typedef struct ExtricateEscape ExtricateEscape;
+
+// A path between two configurations. It never changes, and pointers into it stay valid until it is
+// freed.
+typedef struct ExtricatePlan ExtricatePlan;
+
+// A free path in place of one that collides. It never changes, and pointers into it stay valid
+// until it is freed.
+typedef struct ExtricateRepaired ExtricateRepaired;
 
 // A scene, perhaps with a model that was learned from it or from a similar scene. It never
 // changes.
@@ -306,6 +347,166 @@ typedef struct ExtricateSegment {
     // free.
     struct ExtricatePair pair;
 } ExtricateSegment;
+
+// Options of extricate_escape(). extricate_escape_options_init() fills in the defaults; then set
+// the members that differ.
+typedef struct ExtricateEscapeOptions {
+    // Clearance that the end of the path should keep: 0 to 1e9 [m]; nan by default, which means
+    // that of the scene plus 1 mm. A near end with less clearance is preferred to a far one.
+    double aim;
+    // Depth by which a pair that collides at the query may get deeper on the path: 0 to 1e9 [m];
+    // 1e-3 by default.
+    double tolerance;
+    // Goal of a later motion, a configuration: of exits that are about as near, the one nearest to
+    // it is preferred; null by default, for none.
+    const double *toward;
+    // Number of coordinates of the goal: that of a configuration.
+    size_t toward_count;
+    // Number of exits to which straight edges are tried: 0 to 100000; 6 by default.
+    size_t exits;
+    // Resolution at which edges are proved: 0 to 1e9 [m]; 1e-4 by default.
+    double resolution;
+    // Most checks of the trees, which grow only if nothing simpler leads out of collision: 20000
+    // by default.
+    size_t tree_checks;
+    // Seed of all random numbers; 0 by default.
+    uint64_t seed;
+    // Most checks to spend; SIZE_MAX by default, for no limit.
+    size_t max_checks;
+    // Most seconds to spend: more than 0; infinity by default, for no limit.
+    double max_seconds;
+    // Function that ends the call early if it returns true, as in ExtricateOptions; null by
+    // default, for none.
+    bool (*stop)(void*);
+    // Argument that the call passes to `stop`.
+    void *stop_data;
+} ExtricateEscapeOptions;
+
+// The numbers of an escape.
+typedef struct ExtricateEscapeSummary {
+    // Whether a path was found.
+    bool found;
+    // The step that found the path: EXTRICATE_ESCAPE_NONE or another.
+    uint32_t method;
+    // Index of the point from which on the path is proved free.
+    size_t free_from;
+    // Most that any pair that collides at the query was found deeper than there [m]. It is
+    // proved to be at most the tolerance.
+    double deepening;
+    // Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found [m]; nan if
+    // a path was found, or if none is found with these either.
+    double needed_tolerance;
+    // Length of the path in the scene's metric.
+    double length;
+    // Largest displacement of any point of the robot from the query to any point of the path
+    // [m].
+    double max_displacement;
+    // Number of configurations at which the exact checker evaluated anything.
+    uint64_t checks;
+} ExtricateEscapeSummary;
+
+// A pair of bodies and its signed distance.
+typedef struct ExtricatePairDistance {
+    // The bodies.
+    struct ExtricatePair pair;
+    // Signed distance [m]; negative if the bodies overlap.
+    double distance;
+} ExtricatePairDistance;
+
+// Options of extricate_plan(). extricate_plan_options_init() fills in the defaults; then set the
+// members that differ.
+typedef struct ExtricatePlanOptions {
+    // Resolution at which edges are proved: 0 to 1e9 [m]; 1e-4 by default.
+    double resolution;
+    // Depth by which a pair that collides at an end may get deeper on the path: 0 to 1e9 [m];
+    // 1e-3 by default.
+    double tolerance;
+    // Clearance to which the points of the free part are pushed off: 0 to 1e9 [m]; nan by
+    // default, which leaves the path short.
+    double clearance;
+    // Whether to shorten the path: 0 or 1; 1 by default.
+    uint32_t shortcut;
+    // Seed of all random numbers; 0 by default.
+    uint64_t seed;
+    // Number of threads, 0 by default, for one per core. The path does not depend on it.
+    size_t threads;
+    // Most checks to spend; 1000000 by default, SIZE_MAX for no limit.
+    size_t max_checks;
+    // Most seconds to spend: more than 0; infinity by default, for no limit.
+    double max_seconds;
+    // Function that ends the call early if it returns true, as in ExtricateOptions; null by
+    // default, for none.
+    bool (*stop)(void*);
+    // Argument that the call passes to `stop`.
+    void *stop_data;
+} ExtricatePlanOptions;
+
+// The numbers of a plan.
+typedef struct ExtricatePlanSummary {
+    // Whether a path was found.
+    bool found;
+    // The step that found the free part: EXTRICATE_PLAN_NONE or another.
+    uint32_t method;
+    // Index of the point from which on the path is proved free; 0 if the start is free.
+    size_t free_from;
+    // Index of the point up to which the path is proved free; the last one if the goal is free.
+    size_t free_to;
+    // Length of the path in the scene's metric.
+    double length;
+    // Number of configurations at which the exact checker evaluated anything.
+    uint64_t checks;
+    // Number of configurations in the roadmap.
+    size_t nodes;
+} ExtricatePlanSummary;
+
+// Options of extricate_repair(). extricate_repair_options_init() fills in the defaults; then set
+// the members that differ.
+typedef struct ExtricateRepairOptions {
+    // Clearance to which configurations are pushed out: 0 to 1e9 [m]; nan by default, which
+    // means that of the scene plus a tenth of the radius of the smallest moving body.
+    double aim;
+    // Largest accepted deviation from the path, in the scene's metric: 0 to 1e9; infinity by
+    // default, for no limit.
+    double max_deviation;
+    // Whether the rows are frames of a motion, so that the result has one point for each, at the
+    // same time: 0 or 1; 0 by default.
+    uint32_t frames;
+    // With `frames`: the longest step from frame to frame, in the scene's metric: more than 0;
+    // infinity by default, for no limit. The result lags behind steps that are longer.
+    double max_step;
+    // Resolution at which edges are proved: 0 to 1e9 [m]; 1e-4 by default.
+    double resolution;
+    // Seed of all random numbers; 0 by default.
+    uint64_t seed;
+    // Most checks to spend; 100000 by default, SIZE_MAX for no limit.
+    size_t max_checks;
+    // Most seconds to spend: more than 0; infinity by default, for no limit.
+    double max_seconds;
+    // Function that ends the call early if it returns true, as in ExtricateOptions; null by
+    // default, for none.
+    bool (*stop)(void*);
+    // Argument that the call passes to `stop`.
+    void *stop_data;
+} ExtricateRepairOptions;
+
+// The numbers of a repaired path.
+typedef struct ExtricateRepairedSummary {
+    // Whether a path was found.
+    bool found;
+    // Largest distance, in the scene's metric, of a point from its place on the old path, and of a
+    // row of the old path from the corresponding point of the new one.
+    double deviation;
+    // Length of the path in the scene's metric.
+    double length;
+    // Length of the old path in the scene's metric.
+    double length_before;
+    // Number of stretches of the old path that were replaced.
+    size_t stretches;
+    // Number of gaps in these stretches that trees had to close.
+    size_t gaps;
+    // Number of configurations at which the exact checker evaluated anything.
+    uint64_t checks;
+} ExtricateRepairedSummary;
 
 #ifdef __cplusplus
 extern "C" {
@@ -678,6 +879,96 @@ ExtricateStatus extricate_stream_restart(struct ExtricateStream *stream);
 
 // Frees a stream; its answers stay valid.
 void extricate_stream_free(struct ExtricateStream *stream);
+
+// Fills in the default options of escapes.
+ExtricateStatus extricate_escape_options_init(struct ExtricateEscapeOptions *options);
+
+// Finds a path out of collision, from `q` to a free configuration; null options mean the defaults.
+// `q` must be within the limits. If no path is found, `escape` has no points and says why.
+//
+// On the way no pair collides that does not at `q`, and none that does gets deeper by more than
+// the tolerance. All of this is proved for every configuration of the path. The query options of
+// the solver do not apply.
+ExtricateStatus extricate_escape(const struct ExtricateSolver *solver,
+                                 const double *q,
+                                 size_t nq,
+                                 const struct ExtricateEscapeOptions *options,
+                                 struct ExtricateEscape **escape);
+
+// Returns the numbers of an escape; null if `escape` is null.
+const struct ExtricateEscapeSummary *extricate_escape_summary(const struct ExtricateEscape *escape);
+
+// Returns the number of points of the path, the query first, and points `points` to the first
+// number of the first one. Each has as many numbers as the query, and follows the one before; 0 if
+// no path was found.
+size_t extricate_escape_points(const struct ExtricateEscape *escape, const double **points);
+
+// Returns the number of pairs that collide at the query, and points `pairs` to them and their
+// signed distances there.
+size_t extricate_escape_colliding(const struct ExtricateEscape *escape,
+                                  const struct ExtricatePairDistance **pairs);
+
+// Frees an escape. Those of a plan belong to the plan.
+void extricate_escape_free(struct ExtricateEscape *escape);
+
+// Fills in the default options of plans.
+ExtricateStatus extricate_plan_options_init(struct ExtricatePlanOptions *options);
+
+// Finds a path from `start` to `goal`, with every edge proved; null options mean the defaults.
+// Both must be within the limits. An end that collides is led out of collision first, as
+// extricate_escape() does, toward the other end. If no path is found, `plan` has no points.
+ExtricateStatus extricate_plan(const struct ExtricateSolver *solver,
+                               const double *start,
+                               const double *goal,
+                               size_t nq,
+                               const struct ExtricatePlanOptions *options,
+                               struct ExtricatePlan **plan);
+
+// Returns the numbers of a plan; null if `plan` is null.
+const struct ExtricatePlanSummary *extricate_plan_summary(const struct ExtricatePlan *plan);
+
+// Returns the number of points of the path from start to goal, and points `points` to the first
+// number of the first one. Each has as many numbers as the start, and follows the one before; 0 if
+// no path was found.
+size_t extricate_plan_points(const struct ExtricatePlan *plan, const double **points);
+
+// Returns the path from a colliding start to the free part, which lives as long as the plan; null
+// if the start is free. If it has no points, it says why there is no plan.
+const struct ExtricateEscape *extricate_plan_start_escape(const struct ExtricatePlan *plan);
+
+// Returns the same from a colliding goal, which the plan takes in reverse.
+const struct ExtricateEscape *extricate_plan_goal_escape(const struct ExtricatePlan *plan);
+
+// Frees a plan, with its escapes.
+void extricate_plan_free(struct ExtricatePlan *plan);
+
+// Fills in the default options of repairs.
+ExtricateStatus extricate_repair_options_init(struct ExtricateRepairOptions *options);
+
+// Finds a path that is proved free, as near as it can to the path of `count` configurations, which
+// follow one another in `path`, `nq` numbers each; null options mean the defaults. All must be
+// within the limits. A colliding end is moved too. If no path is found, `repaired` has no points.
+ExtricateStatus extricate_repair(const struct ExtricateSolver *solver,
+                                 const double *path,
+                                 size_t count,
+                                 size_t nq,
+                                 const struct ExtricateRepairOptions *options,
+                                 struct ExtricateRepaired **repaired);
+
+// Returns the numbers of a repaired path; null if `repaired` is null.
+const struct ExtricateRepairedSummary *extricate_repaired_summary(const struct ExtricateRepaired *repaired);
+
+// Returns the number of points of a repaired path, and points `points` to the first number of the
+// first one. Each has `nq` numbers, and follows the one before; 0 if no path was found.
+size_t extricate_repaired_points(const struct ExtricateRepaired *repaired, const double **points);
+
+// Returns the number of points of a repaired path, and points `places` to the place of each on the
+// old path: 2.25 is a quarter of the edge from row 2 to row 3. Places ascend, and are whole
+// numbers for rows that stay.
+size_t extricate_repaired_places(const struct ExtricateRepaired *repaired, const double **places);
+
+// Frees a repaired path.
+void extricate_repaired_free(struct ExtricateRepaired *repaired);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -25,6 +25,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -120,9 +121,44 @@ struct Range {
 };
 }  // namespace detail
 
-/// Consecutive values that an answer holds. They live as long as the answer.
+/// Consecutive values that a result holds. They live as long as the result.
 template <class T>
 using Range = detail::Range<T>;
+
+/// Consecutive configurations that a result holds. They live as long as the result.
+class Rows {
+public:
+    Rows() = default;
+    Rows(const double* data, std::size_t size, std::size_t nq) : data_(data), size_(size), nq_(nq) {}
+    /// Number of configurations.
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    /// Number of coordinates of a configuration.
+    std::size_t nq() const { return nq_; }
+    Range<double> operator[](std::size_t at) const { return {data_ + at * nq_, nq_}; }
+    Range<double> front() const { return (*this)[0]; }
+    Range<double> back() const { return (*this)[size_ - 1]; }
+    /// All numbers, one configuration after the other.
+    const double* data() const { return data_; }
+
+    class Iterator {
+    public:
+        Iterator(const Rows* rows, std::size_t at) : rows_(rows), at_(at) {}
+        Range<double> operator*() const { return (*rows_)[at_]; }
+        Iterator& operator++() { return ++at_, *this; }
+        bool operator!=(const Iterator& other) const { return at_ != other.at_; }
+
+    private:
+        const Rows* rows_;
+        std::size_t at_;
+    };
+    Iterator begin() const { return {this, 0}; }
+    Iterator end() const { return {this, size_}; }
+
+private:
+    const double* data_ = nullptr;
+    std::size_t size_ = 0, nq_ = 0;
+};
 
 /// A view of one or more consecutive configurations of the caller. Nothing is copied.
 class Config {
@@ -130,6 +166,8 @@ public:
     Config(const double* data, std::size_t size) : data_(data), size_(size) {}
     /// A view of numbers that are written in the call itself, as in solver.query({0, 0.1}).
     Config(std::initializer_list<double> values) : Config(values.begin(), values.size()) {}
+    /// A view of all numbers of several configurations.
+    Config(const Rows& rows) : Config(rows.data(), rows.size() * rows.nq()) {}
     /// A view of anything with data() and size().
     template <class Vector, class = decltype(std::declval<const Vector&>().data()[0] + 0.0)>
     Config(const Vector& vector) : data_(vector.data()), size_(static_cast<std::size_t>(vector.size())) {}
@@ -580,6 +618,214 @@ using Stop = std::unique_ptr<std::function<bool()>>;
 inline Stop kept(const Options& options) { return Stop(new std::function<bool()>(options.stop)); }
 }  // namespace detail
 
+/// The step that found the path of an escape.
+enum class EscapeMethod : std::uint32_t {
+    none = EXTRICATE_ESCAPE_NONE,
+    free = EXTRICATE_ESCAPE_FREE,
+    nearest = EXTRICATE_ESCAPE_NEAREST,
+    exit = EXTRICATE_ESCAPE_EXIT,
+    pushed = EXTRICATE_ESCAPE_PUSHED,
+    grown = EXTRICATE_ESCAPE_GROWN,
+};
+
+/// The step that found the free part of a plan.
+enum class PlanMethod : std::uint32_t {
+    none = EXTRICATE_PLAN_NONE,
+    straight = EXTRICATE_PLAN_STRAIGHT,
+    trees = EXTRICATE_PLAN_TREES,
+    roadmap = EXTRICATE_PLAN_ROADMAP,
+};
+
+/// Options of an escape: the members of ExtricateEscapeOptions, which extricate.h explains.
+struct EscapeOptions {
+    double aim = std::nan("");
+    double tolerance = 1e-3;
+    std::vector<double> toward;
+    std::size_t exits = 6;
+    double resolution = 1e-4;
+    std::size_t tree_checks = 20000;
+    std::uint64_t seed = 0;
+    std::size_t max_checks = SIZE_MAX;
+    double max_seconds = HUGE_VAL;
+    /// Ends the call early if it returns true. It is called on any thread, on several at once, and must not
+    /// throw.
+    std::function<bool()> stop;
+};
+
+/// Options of a plan: the members of ExtricatePlanOptions, which extricate.h explains.
+struct PlanOptions {
+    double resolution = 1e-4;
+    double tolerance = 1e-3;
+    double clearance = std::nan("");
+    bool shortcut = true;
+    std::uint64_t seed = 0;
+    std::size_t threads = 0;
+    std::size_t max_checks = 1000000;
+    double max_seconds = HUGE_VAL;
+    /// As in EscapeOptions.
+    std::function<bool()> stop;
+};
+
+/// Options of a repair: the members of ExtricateRepairOptions, which extricate.h explains.
+struct RepairOptions {
+    double aim = std::nan("");
+    double max_deviation = HUGE_VAL;
+    bool frames = false;
+    double max_step = HUGE_VAL;
+    double resolution = 1e-4;
+    std::uint64_t seed = 0;
+    std::size_t max_checks = 100000;
+    double max_seconds = HUGE_VAL;
+    /// As in EscapeOptions.
+    std::function<bool()> stop;
+};
+
+namespace detail {
+/// Makes C call `stop` during a call. `stop` outlives the call.
+template <class RawOptions>
+void pass_stop(const std::function<bool()>& stop, RawOptions& raw) {
+    if (!stop) return;
+    raw.stop = [](void* data) { return (*static_cast<const std::function<bool()>*>(data))(); };
+    raw.stop_data = const_cast<std::function<bool()>*>(&stop);
+}
+/// Copies the numbers of a result of C. If the call that should make it failed, they are all zero.
+template <class Summary>
+Summary numbers(const Summary* summary) {
+    return summary ? *summary : Summary{};
+}
+template <class Handle>
+Rows rows(std::size_t (*list)(const Handle*, const double**), const Handle* handle, std::size_t nq) {
+    const double* data = nullptr;
+    const std::size_t size = list(handle, &data);
+    return Rows(data, size, nq);
+}
+}  // namespace detail
+
+/// A path out of collision. It is cheap to copy.
+class Escape {
+public:
+    /// An empty escape.
+    Escape() = default;
+    /// Shares an escape of C. Its points have `nq` coordinates.
+    Escape(std::shared_ptr<const ExtricateEscape> escape, std::size_t nq) : escape_(std::move(escape)), nq_(nq) {}
+    /// Whether a path was found.
+    explicit operator bool() const { return summary().found; }
+    /// All numbers of the escape.
+    ExtricateEscapeSummary summary() const { return detail::numbers(extricate_escape_summary(get())); }
+    /// Configurations of the path, the query first, joined by geodesics; none if no path was found.
+    Rows points() const { return detail::rows(extricate_escape_points, get(), nq_); }
+    /// Index of the point from which on the path is proved free.
+    std::size_t free_from() const { return summary().free_from; }
+    /// The step that found the path.
+    EscapeMethod method() const { return static_cast<EscapeMethod>(summary().method); }
+    /// Pairs that collide at the query, and their signed distances there [m].
+    Range<ExtricatePairDistance> colliding() const {
+        Range<ExtricatePairDistance> all;
+        all.count = extricate_escape_colliding(get(), &all.first);
+        return all;
+    }
+    /// Most that any of these pairs was found deeper than at the query [m]; at most the tolerance, by proof.
+    double deepening() const { return summary().deepening; }
+    /// If no path was found: the least of 1, 2, 5 and 10 mm with which, as a larger tolerance, there is one
+    /// [m]; nan if there is none.
+    double needed_tolerance() const { return summary().needed_tolerance; }
+    /// Length of the path in the scene's metric.
+    double length() const { return summary().length; }
+    /// Largest displacement of any point of the robot from the query to any point of the path [m].
+    double max_displacement() const { return summary().max_displacement; }
+    /// Number of configurations at which the exact checker evaluated anything.
+    std::uint64_t checks() const { return summary().checks; }
+    /// The handle, for the functions of extricate.h.
+    const ExtricateEscape* get() const { return escape_.get(); }
+
+private:
+    std::shared_ptr<const ExtricateEscape> escape_;
+    std::size_t nq_ = 0;
+};
+
+/// A path between two configurations. It is cheap to copy.
+class Plan {
+public:
+    /// An empty plan.
+    Plan() = default;
+    /// Takes ownership of a plan of C. Its points have `nq` coordinates.
+    Plan(ExtricatePlan* plan, std::size_t nq) : plan_(plan, extricate_plan_free), nq_(nq) {}
+    /// Whether a path was found.
+    explicit operator bool() const { return summary().found; }
+    /// All numbers of the plan.
+    ExtricatePlanSummary summary() const { return detail::numbers(extricate_plan_summary(get())); }
+    /// Configurations from start to goal, joined by geodesics; none if no path was found.
+    Rows points() const { return detail::rows(extricate_plan_points, get(), nq_); }
+    /// Index of the point from which on the path is proved free; 0 if the start is free.
+    std::size_t free_from() const { return summary().free_from; }
+    /// Index of the point up to which the path is proved free; the last one if the goal is free.
+    std::size_t free_to() const { return summary().free_to; }
+    /// The step that found the free part.
+    PlanMethod method() const { return static_cast<PlanMethod>(summary().method); }
+    /// The path from a colliding start to the free part; none if the start is free. If no path out of
+    /// collision was found, it has no points and says why.
+    std::optional<Escape> start_escape() const { return escape(extricate_plan_start_escape(get())); }
+    /// The same from a colliding goal, which the plan takes in reverse.
+    std::optional<Escape> goal_escape() const { return escape(extricate_plan_goal_escape(get())); }
+    /// Length of the path in the scene's metric.
+    double length() const { return summary().length; }
+    /// Number of configurations at which the exact checker evaluated anything.
+    std::uint64_t checks() const { return summary().checks; }
+    /// Number of configurations in the roadmap.
+    std::size_t nodes() const { return summary().nodes; }
+    /// The handle, for the functions of extricate.h.
+    const ExtricatePlan* get() const { return plan_.get(); }
+
+private:
+    /// An escape that keeps the plan it is part of.
+    std::optional<Escape> escape(const ExtricateEscape* part) const {
+        if (!part) return std::nullopt;
+        return Escape(std::shared_ptr<const ExtricateEscape>(plan_, part), nq_);
+    }
+    std::shared_ptr<const ExtricatePlan> plan_;
+    std::size_t nq_ = 0;
+};
+
+/// A free path in place of one that collides. It is cheap to copy.
+class Repaired {
+public:
+    /// An empty path.
+    Repaired() = default;
+    /// Takes ownership of a repaired path of C. Its points have `nq` coordinates.
+    Repaired(ExtricateRepaired* repaired, std::size_t nq) : repaired_(repaired, extricate_repaired_free), nq_(nq) {}
+    /// Whether a path was found.
+    explicit operator bool() const { return summary().found; }
+    /// All numbers of the repaired path.
+    ExtricateRepairedSummary summary() const { return detail::numbers(extricate_repaired_summary(get())); }
+    /// Configurations, joined by geodesics that are proved free; none if no path was found.
+    Rows points() const { return detail::rows(extricate_repaired_points, get(), nq_); }
+    /// The place of each point on the old path: 2.25 is a quarter of the edge from row 2 to row 3. Places
+    /// ascend, and are whole numbers for rows that stay.
+    Range<double> places() const {
+        Range<double> all;
+        all.count = extricate_repaired_places(get(), &all.first);
+        return all;
+    }
+    /// Largest distance of a point from its place, in the scene's metric.
+    double deviation() const { return summary().deviation; }
+    /// Length of the path in the scene's metric.
+    double length() const { return summary().length; }
+    /// Length of the old path in the scene's metric.
+    double length_before() const { return summary().length_before; }
+    /// Number of stretches of the old path that were replaced.
+    std::size_t stretches() const { return summary().stretches; }
+    /// Number of gaps in these stretches that trees had to close.
+    std::size_t gaps() const { return summary().gaps; }
+    /// Number of configurations at which the exact checker evaluated anything.
+    std::uint64_t checks() const { return summary().checks; }
+    /// The handle, for the functions of extricate.h.
+    const ExtricateRepaired* get() const { return repaired_.get(); }
+
+private:
+    std::shared_ptr<const ExtricateRepaired> repaired_;
+    std::size_t nq_ = 0;
+};
+
 /// Answers queries of a scene with options that stay between calls, and checks configurations. Any number of
 /// threads may use one solver; only set_options() needs a solver for itself.
 class Solver {
@@ -635,6 +881,64 @@ public:
         if (!detail::are_as_many("from, to", from.size(), to.size())) return segment;
         detail::succeeded(extricate_check_segment(solver_.get(), from.data(), to.data(), to.size(), resolution, &segment));
         return segment;
+    }
+    /// A path out of collision, from `q` to a free configuration; see extricate_escape().
+    Escape escape(Config q, const EscapeOptions& options = {}) const {
+        ExtricateEscapeOptions raw;
+        extricate_escape_options_init(&raw);
+        raw.aim = options.aim;
+        raw.tolerance = options.tolerance;
+        raw.toward = options.toward.data();
+        raw.toward_count = options.toward.size();
+        raw.exits = options.exits;
+        raw.resolution = options.resolution;
+        raw.tree_checks = options.tree_checks;
+        raw.seed = options.seed;
+        raw.max_checks = options.max_checks;
+        raw.max_seconds = options.max_seconds;
+        detail::pass_stop(options.stop, raw);
+        ExtricateEscape* out = nullptr;
+        if (!detail::succeeded(extricate_escape(solver_.get(), q.data(), q.size(), &raw, &out))) return Escape();
+        return Escape(std::shared_ptr<const ExtricateEscape>(out, extricate_escape_free), q.size());
+    }
+    /// A path from `start` to `goal`, with every edge proved; see extricate_plan().
+    Plan plan(Config start, Config goal, const PlanOptions& options = {}) const {
+        if (!detail::are_as_many("start, goal", start.size(), goal.size())) return Plan();
+        ExtricatePlanOptions raw;
+        extricate_plan_options_init(&raw);
+        raw.resolution = options.resolution;
+        raw.tolerance = options.tolerance;
+        raw.clearance = options.clearance;
+        raw.shortcut = options.shortcut;
+        raw.seed = options.seed;
+        raw.threads = options.threads;
+        raw.max_checks = options.max_checks;
+        raw.max_seconds = options.max_seconds;
+        detail::pass_stop(options.stop, raw);
+        ExtricatePlan* out = nullptr;
+        const Status status = extricate_plan(solver_.get(), start.data(), goal.data(), start.size(), &raw, &out);
+        return detail::succeeded(status) ? Plan(out, start.size()) : Plan();
+    }
+    /// A path that is proved free, as near as it can to the path of the consecutive configurations in `rows`;
+    /// see extricate_repair().
+    Repaired repair(Config rows, const RepairOptions& options = {}) const {
+        std::size_t count = 0;
+        if (!scene_.counts(rows, count)) return Repaired();
+        ExtricateRepairOptions raw;
+        extricate_repair_options_init(&raw);
+        raw.aim = options.aim;
+        raw.max_deviation = options.max_deviation;
+        raw.frames = options.frames;
+        raw.max_step = options.max_step;
+        raw.resolution = options.resolution;
+        raw.seed = options.seed;
+        raw.max_checks = options.max_checks;
+        raw.max_seconds = options.max_seconds;
+        detail::pass_stop(options.stop, raw);
+        ExtricateRepaired* out = nullptr;
+        const std::size_t nq = scene_.nq();
+        const Status status = extricate_repair(solver_.get(), rows.data(), count, nq, &raw, &out);
+        return detail::succeeded(status) ? Repaired(out, nq) : Repaired();
     }
     /// The scene.
     const Scene& scene() const { return scene_; }

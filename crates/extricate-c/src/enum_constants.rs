@@ -1,7 +1,11 @@
 //! Maps enums of the library to the constants that the header has for them.
 
-use extricate::{Effort, MetricKind, Unproved};
+use extricate::{Effort, EscapeMethod, MetricKind, PlanMethod, Unproved};
 
+use crate::abi::motion_types::{
+    EXTRICATE_ESCAPE_EXIT, EXTRICATE_ESCAPE_FREE, EXTRICATE_ESCAPE_GROWN, EXTRICATE_ESCAPE_NEAREST,
+    EXTRICATE_ESCAPE_PUSHED, EXTRICATE_PLAN_ROADMAP, EXTRICATE_PLAN_STRAIGHT, EXTRICATE_PLAN_TREES,
+};
 use crate::abi::types::{
     EXTRICATE_EXHAUSTIVE, EXTRICATE_METRIC_JOINT, EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM,
     EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_QUICK, EXTRICATE_REFINED, EXTRICATE_UNPROVED_SHALLOW,
@@ -24,6 +28,20 @@ pub const METRICS: &[(MetricKind, u32)] = &[
 
 pub const UNPROVED: &[(Unproved, u32)] =
     &[(Unproved::Surfaces, EXTRICATE_UNPROVED_SURFACES), (Unproved::Shallow, EXTRICATE_UNPROVED_SHALLOW)];
+
+pub const ESCAPE_METHODS: &[(EscapeMethod, u32)] = &[
+    (EscapeMethod::Free, EXTRICATE_ESCAPE_FREE),
+    (EscapeMethod::Nearest, EXTRICATE_ESCAPE_NEAREST),
+    (EscapeMethod::Exit, EXTRICATE_ESCAPE_EXIT),
+    (EscapeMethod::Pushed, EXTRICATE_ESCAPE_PUSHED),
+    (EscapeMethod::Grown, EXTRICATE_ESCAPE_GROWN),
+];
+
+pub const PLAN_METHODS: &[(PlanMethod, u32)] = &[
+    (PlanMethod::Straight, EXTRICATE_PLAN_STRAIGHT),
+    (PlanMethod::Trees, EXTRICATE_PLAN_TREES),
+    (PlanMethod::Roadmap, EXTRICATE_PLAN_ROADMAP),
+];
 
 /// Returns the number of a choice. A test checks that every choice is in its table.
 pub fn number<T: PartialEq>(table: &[(T, u32)], choice: T) -> u32 {
@@ -48,6 +66,8 @@ mod tests {
         check(EFFORTS, Effort::ALL);
         check(METRICS, MetricKind::ALL);
         check(UNPROVED, Unproved::ALL);
+        check(ESCAPE_METHODS, EscapeMethod::ALL);
+        check(PLAN_METHODS, PlanMethod::ALL);
         assert_eq!(choice(EFFORTS, 99), None);
     }
 }

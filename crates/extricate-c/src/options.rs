@@ -2,7 +2,9 @@
 
 #![allow(unsafe_code)]
 
-use extricate::{Error, QueryOptions, Scene, Solver, Stop, Toward};
+use std::ffi::c_void;
+
+use extricate::{Error, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
 use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions};
@@ -64,8 +66,9 @@ impl Wanted {
         let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
         // SAFETY: the same.
         let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
-        // SAFETY: the header states the contract of `Callback::new` for `stop`.
-        let callback = given.stop.map(|stop| unsafe { Callback::new(stop, given.stop_data) });
+        let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+        // SAFETY: the header states the contract for `stop`.
+        let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
         let Some(effort) = choice(EFFORTS, given.effort) else {
             return Err(fault("effort", given.effort, EFFORTS_EXPECTED));
         };
@@ -75,13 +78,11 @@ impl Wanted {
             .locked(scene.joints_named("locked", locked)?)
             .free_radius(given.free_radius != 0)
             .segment(given.segment != 0)
-            .contacts(given.contacts != 0);
+            .contacts(given.contacts != 0)
+            .termination(termination);
         options.starts = (given.starts > 0).then_some(given.starts);
         options.gap = (!given.gap.is_nan()).then_some(given.gap);
         options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
-        options.termination.max_checks = (given.max_checks != usize::MAX).then_some(given.max_checks);
-        options.termination.max_seconds = (given.max_seconds != f64::INFINITY).then_some(given.max_seconds);
-        options.termination.stop = callback.map(|callback| Stop::when(move || callback.ask()));
         if !goal.is_empty() {
             options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }
@@ -93,11 +94,55 @@ impl Wanted {
     /// # Errors
     /// If an option makes no sense. The message names the member, its value and what was expected.
     pub fn of(self, solver: &Solver) -> Result<ExtricateSolver> {
-        let solver = solver.clone().options(self.options).map_err(|error| match error {
-            Error::Option { name, value, expected } => fault(name, value, &expected),
-            other => other.into(),
-        })?;
+        let solver = solver.clone().options(self.options).map_err(of_call)?;
         Ok(ExtricateSolver { solver, refuse_outside: self.refuse_outside })
+    }
+}
+
+/// The limits of a call, as its options have them.
+pub struct Limits {
+    /// Most checks; `usize::MAX` stands for no limit.
+    pub max_checks: usize,
+    /// Most seconds; infinity stands for no limit.
+    pub max_seconds: f64,
+}
+
+impl Limits {
+    pub fn of(termination: &Termination) -> Self {
+        Self {
+            max_checks: termination.max_checks.unwrap_or(usize::MAX),
+            max_seconds: termination.max_seconds.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Returns the limits together with the function that ends the call.
+    ///
+    /// # Safety
+    /// The contract of [`Callback::new`].
+    ///
+    /// # Errors
+    /// If a limit makes no sense.
+    pub unsafe fn termination(
+        self,
+        stop: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
+        data: *mut c_void,
+    ) -> Result<Termination> {
+        // SAFETY: the contract of this function.
+        let callback = stop.map(|stop| unsafe { Callback::new(stop, data) });
+        let mut termination = Termination::default();
+        termination.max_checks = (self.max_checks != usize::MAX).then_some(self.max_checks);
+        termination.max_seconds = (self.max_seconds != f64::INFINITY).then_some(self.max_seconds);
+        termination.stop = callback.map(|callback| Stop::when(move || callback.ask()));
+        QueryOptions::default().termination(termination.clone()).check().map_err(of_call)?;
+        Ok(termination)
+    }
+}
+
+/// Converts the error of a call: an option is a member of its structure.
+pub fn of_call(error: Error) -> Fault {
+    match error {
+        Error::Option { name, value, expected } => fault(name, value, &expected),
+        other => other.into(),
     }
 }
 

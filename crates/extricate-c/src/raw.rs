@@ -135,6 +135,23 @@ pub unsafe fn texts<'a>(at: *const *const c_char, count: usize, name: &str) -> R
     all.iter().enumerate().map(|(k, at)| unsafe { text(*at, &format!("{name}[{k}]")) }).collect()
 }
 
+/// Points `at` to a list that a handle holds, and returns its length; 0 if one of the two is null.
+///
+/// # Safety
+/// The contract of this module.
+pub unsafe fn list<H, T>(handle: *const H, at: *mut *const T, of: impl FnOnce(&H) -> &[T]) -> usize {
+    // SAFETY: the contract of this function.
+    let (handle, at) = unsafe { (shared(handle, "handle"), place(at, "list")) };
+    match (handle, at) {
+        (Ok(handle), Ok(at)) => {
+            let all = of(handle);
+            at.put(all.as_ptr());
+            all.len()
+        }
+        _ => 0,
+    }
+}
+
 /// Takes a handle back and frees it; null is ignored.
 ///
 /// # Safety

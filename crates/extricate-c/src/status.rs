@@ -27,6 +27,11 @@ impl Fault {
     pub fn argument(message: impl Into<String>) -> Self {
         Self { status: EXTRICATE_ARGUMENT, message: message.into() }
     }
+
+    /// Puts the name of the argument before the message.
+    pub fn of(self, argument: &str) -> Self {
+        Self { message: format!("{argument}: {}", self.message), ..self }
+    }
 }
 
 impl From<Error> for Fault {

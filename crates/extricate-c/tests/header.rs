@@ -4,8 +4,20 @@
 use std::path::Path;
 
 /// Modules, in the order in which the header has their items.
-const SOURCES: &[&str] =
-    &["types", "handles", "scene_info", "scene", "world", "solver", "answer", "check", "batch", "stream"];
+const SOURCES: &[&str] = &[
+    "types",
+    "motion_types",
+    "handles",
+    "scene_info",
+    "scene",
+    "world",
+    "solver",
+    "answer",
+    "check",
+    "batch",
+    "stream",
+    "motion",
+];
 
 #[test]
 fn the_header_is_fresh() {

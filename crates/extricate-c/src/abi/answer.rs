@@ -37,7 +37,7 @@ pub unsafe extern "C" fn extricate_answer_colliding(
     pairs: *mut *const ExtricatePair,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, pairs, |answer| &answer.colliding) }
+    unsafe { raw::list(answer, pairs, |answer| &answer.colliding) }
 }
 
 /// Returns the number of pairs that touch at the witness, and points `pairs` to them.
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn extricate_answer_touching(
     pairs: *mut *const ExtricatePair,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, pairs, |answer| &answer.touching) }
+    unsafe { raw::list(answer, pairs, |answer| &answer.touching) }
 }
 
 /// Returns the number of coordinates of the query that are beyond their limits, and points
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn extricate_answer_outside(
     coordinates: *mut *const usize,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, coordinates, |answer| &answer.answer.outside) }
+    unsafe { raw::list(answer, coordinates, |answer| &answer.answer.outside) }
 }
 
 /// Returns the number of contacts at the witness, and points `contacts` to them.
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn extricate_answer_contacts(
     contacts: *mut *const ExtricateContact,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, contacts, |answer| &answer.contacts) }
+    unsafe { raw::list(answer, contacts, |answer| &answer.contacts) }
 }
 
 /// Returns the number of distinct exits, if the options request more than one, and points `exits`
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn extricate_answer_exits(
     exits: *mut *const ExtricateExit,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, exits, |answer| &answer.exits) }
+    unsafe { raw::list(answer, exits, |answer| &answer.exits) }
 }
 
 /// Frees an answer.
@@ -90,23 +90,4 @@ pub unsafe extern "C" fn extricate_answer_free(answer: *mut ExtricateAnswer) {
         unsafe { raw::take_back(answer) };
         Ok(())
     });
-}
-
-/// # Safety
-/// The contract of [`crate::raw`].
-unsafe fn list<T>(
-    answer: *const ExtricateAnswer,
-    at: *mut *const T,
-    of: impl FnOnce(&ExtricateAnswer) -> &Vec<T>,
-) -> usize {
-    // SAFETY: the contract of this function.
-    let (answer, at) = unsafe { (raw::shared(answer, "answer"), raw::place(at, "list")) };
-    match (answer, at) {
-        (Ok(answer), Ok(at)) => {
-            let all = of(answer);
-            at.put(all.as_ptr());
-            all.len()
-        }
-        _ => 0,
-    }
 }

@@ -83,6 +83,6 @@ pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {
     }
 }
 
-fn pair(scene: &Scene, id: PairId) -> ExtricatePair {
+pub fn pair(scene: &Scene, id: PairId) -> ExtricatePair {
     scene.pairs().get(id.index()).map_or(NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
 }

@@ -5,6 +5,9 @@ use std::sync::{Arc, OnceLock};
 
 use extricate::{Answer, Config, Scene, Solver, Stream, StreamOptions};
 
+use crate::abi::motion_types::{
+    ExtricateEscapeSummary, ExtricatePairDistance, ExtricatePlanSummary, ExtricateRepairedSummary,
+};
 use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
 use crate::status::{Result, c_string};
 
@@ -45,6 +48,38 @@ pub struct ExtricateAnswer {
     /// Their witnesses point into `answer`.
     pub(crate) exits: Vec<ExtricateExit>,
     pub(crate) answer: Answer,
+}
+
+/// A path out of collision. It never changes, and pointers into it stay valid until it is freed.
+pub struct ExtricateEscape {
+    pub(crate) summary: ExtricateEscapeSummary,
+    pub(crate) colliding: Vec<ExtricatePairDistance>,
+    /// Number of configurations in `points`.
+    pub(crate) count: usize,
+    /// Configurations, one after the other.
+    pub(crate) points: Vec<f64>,
+}
+
+/// A path between two configurations. It never changes, and pointers into it stay valid until it is
+/// freed.
+pub struct ExtricatePlan {
+    pub(crate) summary: ExtricatePlanSummary,
+    /// Escapes from the start and from the goal.
+    pub(crate) escapes: [Option<ExtricateEscape>; 2],
+    /// Number of configurations in `points`.
+    pub(crate) count: usize,
+    /// Configurations, one after the other.
+    pub(crate) points: Vec<f64>,
+}
+
+/// A free path in place of one that collides. It never changes, and pointers into it stay valid
+/// until it is freed.
+pub struct ExtricateRepaired {
+    pub(crate) summary: ExtricateRepairedSummary,
+    /// Configurations, one after the other.
+    pub(crate) points: Vec<f64>,
+    /// The place of each configuration on the old path.
+    pub(crate) places: Vec<f64>,
 }
 
 /// Texts of a scene, each ended by a zero as in C.

@@ -7,6 +7,7 @@
 //! # Safety
 //! All functions share the contract of [`crate::raw`], which the head of the header states.
 
+pub mod motion_types;
 pub mod types;
 
 pub mod answer;
@@ -14,6 +15,8 @@ pub mod answer_to_c;
 pub mod batch;
 pub mod check;
 pub mod handles;
+pub mod motion;
+pub mod motion_to_c;
 pub mod scene;
 pub mod scene_info;
 pub mod solver;

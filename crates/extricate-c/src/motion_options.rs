@@ -1,0 +1,196 @@
+//! Reads the options of motions from the structures that C callers fill in.
+
+#![allow(unsafe_code)]
+
+use extricate::{EscapeOptions, PlanOptions, RepairOptions, Scene};
+
+use crate::abi::motion_types::{ExtricateEscapeOptions, ExtricatePlanOptions, ExtricateRepairOptions};
+use crate::options::{Limits, threads};
+use crate::raw;
+use crate::status::{Fault, Result};
+
+/// Returns what `extricate_escape_options_init()` writes.
+pub fn of_escapes() -> ExtricateEscapeOptions {
+    let own = EscapeOptions::default();
+    let limits = Limits::of(&own.termination);
+    ExtricateEscapeOptions {
+        aim: own.aim.unwrap_or(f64::NAN),
+        tolerance: own.tolerance,
+        toward: std::ptr::null(),
+        toward_count: 0,
+        exits: own.exits,
+        resolution: own.resolution,
+        tree_checks: own.tree_checks,
+        seed: own.seed,
+        max_checks: limits.max_checks,
+        max_seconds: limits.max_seconds,
+        stop: None,
+        stop_data: std::ptr::null_mut(),
+    }
+}
+
+/// Reads the options of an escape; null stands for the defaults.
+///
+/// # Safety
+/// The contract of [`crate::raw`].
+///
+/// # Errors
+/// If a limit or the goal makes no sense; the library checks the rest.
+pub unsafe fn escape(at: *const ExtricateEscapeOptions, scene: &Scene) -> Result<EscapeOptions> {
+    if at.is_null() {
+        return Ok(EscapeOptions::default());
+    }
+    // SAFETY: the contract of this function.
+    let given = unsafe { raw::shared(at, "options") }?;
+    // SAFETY: the same.
+    let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
+    let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+    // SAFETY: the header states the contract for `stop`.
+    let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
+    let mut options = EscapeOptions::default()
+        .tolerance(given.tolerance)
+        .exits(given.exits)
+        .resolution(given.resolution)
+        .tree_checks(given.tree_checks)
+        .seed(given.seed)
+        .termination(termination);
+    options.aim = (!given.aim.is_nan()).then_some(given.aim);
+    if !goal.is_empty() {
+        options.toward = Some(scene.config(goal).map_err(|error| Fault::from(error).of("options.toward"))?);
+    }
+    Ok(options)
+}
+
+/// Returns what `extricate_plan_options_init()` writes.
+pub fn of_plans() -> ExtricatePlanOptions {
+    let own = PlanOptions::default();
+    let limits = Limits::of(&own.termination);
+    ExtricatePlanOptions {
+        resolution: own.resolution,
+        tolerance: own.tolerance,
+        clearance: own.clearance.unwrap_or(f64::NAN),
+        shortcut: own.shortcut.into(),
+        seed: own.seed,
+        threads: own.threads,
+        max_checks: limits.max_checks,
+        max_seconds: limits.max_seconds,
+        stop: None,
+        stop_data: std::ptr::null_mut(),
+    }
+}
+
+/// Reads the options of a plan; null stands for the defaults.
+///
+/// # Safety
+/// The contract of [`crate::raw`].
+///
+/// # Errors
+/// If a limit or the number of threads makes no sense; the library checks the rest.
+pub unsafe fn plan(at: *const ExtricatePlanOptions) -> Result<PlanOptions> {
+    if at.is_null() {
+        return Ok(PlanOptions::default());
+    }
+    // SAFETY: the contract of this function.
+    let given = unsafe { raw::shared(at, "options") }?;
+    let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+    // SAFETY: the header states the contract for `stop`.
+    let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
+    let mut options = PlanOptions::default()
+        .resolution(given.resolution)
+        .tolerance(given.tolerance)
+        .shortcut(given.shortcut != 0)
+        .seed(given.seed)
+        .threads(
+            threads(given.threads).map_err(|fault| Fault { message: format!("options.{}", fault.message), ..fault })?,
+        )
+        .termination(termination);
+    options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
+    Ok(options)
+}
+
+/// Returns what `extricate_repair_options_init()` writes.
+pub fn of_repairs() -> ExtricateRepairOptions {
+    let own = RepairOptions::default();
+    let limits = Limits::of(&own.termination);
+    ExtricateRepairOptions {
+        aim: own.aim.unwrap_or(f64::NAN),
+        max_deviation: own.max_deviation.unwrap_or(f64::INFINITY),
+        frames: own.frames.into(),
+        max_step: own.max_step.unwrap_or(f64::INFINITY),
+        resolution: own.resolution,
+        seed: own.seed,
+        max_checks: limits.max_checks,
+        max_seconds: limits.max_seconds,
+        stop: None,
+        stop_data: std::ptr::null_mut(),
+    }
+}
+
+/// Reads the options of a repair; null stands for the defaults.
+///
+/// # Safety
+/// The contract of [`crate::raw`].
+///
+/// # Errors
+/// If a limit makes no sense; the library checks the rest.
+pub unsafe fn repair(at: *const ExtricateRepairOptions) -> Result<RepairOptions> {
+    if at.is_null() {
+        return Ok(RepairOptions::default());
+    }
+    // SAFETY: the contract of this function.
+    let given = unsafe { raw::shared(at, "options") }?;
+    let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+    // SAFETY: the header states the contract for `stop`.
+    let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
+    let mut options = RepairOptions::default()
+        .frames(given.frames != 0)
+        .resolution(given.resolution)
+        .seed(given.seed)
+        .termination(termination);
+    options.aim = (!given.aim.is_nan()).then_some(given.aim);
+    options.max_deviation = (given.max_deviation != f64::INFINITY).then_some(given.max_deviation);
+    options.max_step = (given.max_step != f64::INFINITY).then_some(given.max_step);
+    Ok(options)
+}
+
+#[cfg(test)]
+mod tests {
+    use extricate::builtin;
+
+    use super::*;
+
+    #[test]
+    fn defaults_are_those_of_the_library() {
+        let scene = builtin::scene("planar-arm").unwrap();
+        let (escapes, plans, repairs) = (of_escapes(), of_plans(), of_repairs());
+        // SAFETY: null may be read, and the structures live.
+        unsafe {
+            assert_eq!(escape(&escapes, &scene).unwrap(), EscapeOptions::default());
+            assert_eq!(escape(std::ptr::null(), &scene).unwrap(), EscapeOptions::default());
+            assert_eq!(plan(&plans).unwrap(), PlanOptions::default());
+            assert_eq!(plan(std::ptr::null()).unwrap(), PlanOptions::default());
+            assert_eq!(repair(&repairs).unwrap(), RepairOptions::default());
+            assert_eq!(repair(std::ptr::null()).unwrap(), RepairOptions::default());
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_named() {
+        let scene = builtin::scene("planar-arm").unwrap();
+        let goal = [f64::NAN, 0.0, 0.0];
+        let escapes = ExtricateEscapeOptions { toward: goal.as_ptr(), toward_count: 3, ..of_escapes() };
+        let plans = ExtricatePlanOptions { threads: 5_000, ..of_plans() };
+        let repairs = ExtricateRepairOptions { max_seconds: -1.0, ..of_repairs() };
+        // SAFETY: the structures and the goal live.
+        let messages = unsafe {
+            [
+                escape(&escapes, &scene).unwrap_err().message,
+                plan(&plans).unwrap_err().message,
+                repair(&repairs).unwrap_err().message,
+            ]
+        };
+        assert!(messages[0].starts_with("options.toward: coordinate 0: got NaN"), "{messages:?}");
+        assert!(messages[1].starts_with("options.threads: got 5000"), "{messages:?}");
+        assert!(messages[2].starts_with("options.max_seconds: got -1"), "{messages:?}");
+    }
+}
