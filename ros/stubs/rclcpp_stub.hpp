@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -71,6 +72,15 @@ public:
 };
 }  // namespace node_interfaces
 
+struct QoS {
+    explicit QoS(std::size_t) {}
+};
+template <class Message>
+struct Subscription {
+    using SharedPtr = std::shared_ptr<Subscription>;
+    std::function<void(std::shared_ptr<const Message>)> callback;
+};
+
 class Node {
 public:
     using SharedPtr = std::shared_ptr<Node>;
@@ -92,6 +102,14 @@ public:
     }
     Parameter get_parameter(const std::string& name) const { return Parameter(name, parameters_.at(name)); }
     void set_parameter(const Parameter& parameter) { parameters_[parameter.get_name()] = parameter.get_parameter_value(); }
+    template <class Message, class Callback>
+    typename Subscription<Message>::SharedPtr create_subscription(const std::string& topic, const QoS&, Callback callback) {
+        auto made = std::make_shared<Subscription<Message>>(Subscription<Message>{callback});
+        subscriptions[topic] = [made](const void* message) { made->callback(std::make_shared<const Message>(*static_cast<const Message*>(message))); };
+        return made;
+    }
+    /// Calls subscribers of a topic, by its name, with a message of their type.
+    std::map<std::string, std::function<void(const void*)>> subscriptions;
     std::shared_ptr<node_interfaces::NodeParametersInterface> get_node_parameters_interface() { return interface_; }
 
 private:

@@ -344,15 +344,11 @@ public:
         return true;
     }
 
-    /// A number that differs if anything that scene() uses differs.
+    /// A number that differs if anything that the scene of this world uses differs.
     std::uint64_t digest() const {
         Digest digest;
         for (const Obstacle& obstacle : obstacles) add(digest, obstacle);
-        for (const Held& each : held) {
-            add(digest, each.object);
-            digest.add(each.link);
-            for (const std::string& touch : each.touch) digest.add(touch);
-        }
+        for (const Held& each : held) add(digest, each);
         for (const auto& [first, second] : allowed) {
             digest.add(first);
             digest.add(second);
@@ -364,34 +360,90 @@ public:
         return digest.value();
     }
 
-    /// The robot in this world.
-    Scene scene(const Scene& robot) const {
+    /// The robot among the objects of this world, with all pairs checked. It is made of the scene `last` of the world `before`,
+    /// if there is one: what that has prepared of the same shapes is kept.
+    Scene objects(const Scene& robot, const WorldParts& before, const Scene& last) const {
         std::vector<std::pair<std::string, std::string>> padded;
         for (const auto& [link, metres] : padding) padded.emplace_back(link, number(metres));
-        Scene world = padding.empty() ? robot.without_obstacles()
-                                      : robot.in_world_text("padding.toml", "padding = " + table(padded) + "\n");
-        if (world && !obstacles.empty()) world = world.with_obstacles(obstacles);
-        for (const Held& each : held)
+        std::map<std::string, const Obstacle*> standing;
+        std::map<std::string, const Held*> hanging;
+        Scene world = last;
+        if (last && padding == before.padding) {
+            for (const Obstacle& obstacle : before.obstacles) standing[obstacle.name] = &obstacle;
+            for (const Held& each : before.held) hanging[each.object.name] = &each;
+        } else {
+            world = padding.empty() ? robot.without_obstacles()
+                                    : robot.in_world_text("padding.toml", "padding = " + table(padded) + "\n");
+        }
+        std::vector<Obstacle> added;
+        std::vector<Held> taken;
+        std::vector<std::pair<std::string, Pose>> moved;
+        for (const Obstacle& obstacle : obstacles) {
+            const auto found = standing.find(obstacle.name);
+            if (found == standing.end() || digest_of(obstacle.shape) != digest_of(found->second->shape)) {
+                added.push_back(obstacle);
+                continue;
+            }
+            if (std::memcmp(&obstacle.pose, &found->second->pose, sizeof obstacle.pose) != 0) moved.emplace_back(obstacle.name, obstacle.pose);
+            standing.erase(found);
+        }
+        for (const Held& each : held) {
+            const auto found = hanging.find(each.object.name);
+            if (found == hanging.end() || digest_of(each) != digest_of(*found->second))
+                taken.push_back(each);
+            else
+                hanging.erase(found);
+        }
+        std::vector<std::string> gone;
+        for (const auto& [name, obstacle] : standing) gone.push_back(name);
+        for (const auto& [name, each] : hanging) gone.push_back(name);
+        if (world && !gone.empty()) world = world.without(gone);
+        if (world && !moved.empty()) world = world.moved(moved);
+        if (world && !added.empty()) world = world.with_obstacles(added);
+        for (const Held& each : taken)
             if (world) world = world.attached(each.object, each.link, each.touch);
-        return world && !allowed.empty() ? world.disabled(allowed) : world;
+        return world;
+    }
+
+    /// Adds the obstacles of another world whose names this one does not have.
+    void add_obstacles(const WorldParts& other) {
+        std::set<std::string> names;
+        for (const Obstacle& obstacle : obstacles) names.insert(obstacle.name);
+        for (const Held& each : held) names.insert(each.object.name);
+        for (const Obstacle& obstacle : other.obstacles)
+            if (!names.count(obstacle.name)) obstacles.push_back(obstacle);
     }
 
 private:
-    static void add(Digest& digest, const Obstacle& obstacle) {
-        const ExtricateObstacle raw = obstacle.raw();
-        digest.add(obstacle.name);
-        digest.add(&raw.pose, sizeof raw.pose);
-        digest.add(&raw.shape.kind, sizeof raw.shape.kind);
-        digest.add(&raw.shape.convex, sizeof raw.shape.convex);
-        digest.add(raw.shape.size, sizeof raw.shape.size);
-        digest.add(raw.shape.offset);
+    static void add(Digest& digest, const Shape& shape) {
+        const ExtricateShape raw = shape.raw();
+        digest.add(&raw.kind, sizeof raw.kind);
+        digest.add(&raw.convex, sizeof raw.convex);
+        digest.add(raw.size, sizeof raw.size);
+        digest.add(raw.offset);
         const auto all = [&](const auto* numbers, std::size_t count) {
             digest.add(count);
             digest.add(numbers, 3 * count * sizeof *numbers);
         };
-        all(raw.shape.points, raw.shape.point_count);
-        all(raw.shape.triangles, raw.shape.triangle_count);
-        all(raw.shape.cells, raw.shape.cell_count);
+        all(raw.points, raw.point_count);
+        all(raw.triangles, raw.triangle_count);
+        all(raw.cells, raw.cell_count);
+    }
+    static void add(Digest& digest, const Obstacle& obstacle) {
+        digest.add(obstacle.name);
+        digest.add(&obstacle.pose, sizeof obstacle.pose);
+        add(digest, obstacle.shape);
+    }
+    static void add(Digest& digest, const Held& held) {
+        add(digest, held.object);
+        digest.add(held.link);
+        for (const std::string& touch : held.touch) digest.add(touch);
+    }
+    template <class Part>
+    static std::uint64_t digest_of(const Part& part) {
+        Digest digest;
+        add(digest, part);
+        return digest.value();
     }
 
     /// The pose of the robot's base, which MoveIt holds as a joint of several coordinates that the URDF does not have.
@@ -744,25 +796,25 @@ public:
     template <class Message>
     FixedStart fix(const Message& planning_scene, const Positions& start, const FixLimits& limits = FixLimits()) {
         detail::WorldParts parts;
-        if (!parts.read(robot_, planning_scene)) return FixedStart();
-        const Scene world = prepared(parts);
-        if (!world) return FixedStart();
-        FixedStart fixed = fix_start(world, start, limits);
-        if (last_status() == EXTRICATE_OK && !detail::moves_only(limits.joints, fixed) && !description_.urdf.empty())
-            fixed = fix_locked(parts, start, limits);
-        const std::vector<std::string> known = robot_.warnings();
-        fixed.notes = parts.notes;
-        for (const std::string& warning : world.warnings())
-            if (std::find(known.begin(), known.end(), warning) == known.end()) fixed.notes.push_back(warning);
-        return fixed;
+        return parts.read(robot_, planning_scene) ? fix_in(parts, start, limits) : FixedStart();
     }
 
-    /// Prepares the world of a planning scene in a thread, so that the first start in it is repaired as fast as later
-    /// ones. Returns whether the world was new.
+    /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world that has
+    /// them is then repaired as fast as later ones; without this call, meshes take part of a second.
     template <class Message>
-    bool prepare(const Message& planning_scene) {
+    void prepare(const Message& planning_scene) {
         detail::WorldParts parts;
-        return parts.read(robot_, planning_scene) && world_of(parts).second;
+        if (!parts.read(robot_, planning_scene) || parts.obstacles.empty()) return;
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        // The thread before is waited for.
+        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts)]() mutable {
+            const Objects before = last_objects();
+            parts.padding = before.parts.padding;
+            parts.held = before.parts.held;
+            parts.add_obstacles(before.parts);
+            const Scene scene = parts.objects(robot_, before.parts, before.scene);
+            if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
+        });
     }
 
     /// The robot alone.
@@ -778,61 +830,82 @@ private:
         std::uint64_t digest;
         std::shared_future<Made> made;
     };
+    /// The robot among objects, of which the next world is made.
+    struct Objects {
+        detail::WorldParts parts;
+        Scene scene;
+    };
 
-    static Made make(const Scene& robot, const detail::WorldParts& parts) {
-        Made made;
-        made.scene = parts.scene(robot);
-        if (!made.scene || !made.scene.prepare()) made = Made{Scene(), last_error()};
-        return made;
+    FixedStart fix_in(const detail::WorldParts& parts, const Positions& start, const FixLimits& limits) {
+        const Made made = made_of(parts).get();
+        if (!made.scene) detail::refuse(made.error);
+        if (!made.scene) return FixedStart();
+        FixedStart fixed = fix_start(made.scene, start, limits);
+        if (last_status() != EXTRICATE_OK) return fixed;
+        if (!detail::moves_only(limits.joints, fixed) && !description_.urdf.empty()) {
+            const std::shared_ptr<StartFixer> locked = locked_fixer(start, limits);
+            if (!locked->robot_) return FixedStart();
+            return locked->fix_in(parts, start, limits);
+        }
+        const std::vector<std::string> known = robot_.warnings();
+        fixed.notes = parts.notes;
+        for (const std::string& warning : made.scene.warnings())
+            if (std::find(known.begin(), known.end(), warning) == known.end()) fixed.notes.push_back(warning);
+        return fixed;
     }
 
-    /// Finds the world, or begins to prepare it, which the second value tells. Two are kept, because planners query the
-    /// same ones again and again.
-    std::pair<std::shared_future<Made>, bool> world_of(const detail::WorldParts& parts) {
+    /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and again.
+    std::shared_future<Made> made_of(const detail::WorldParts& parts) {
         const std::uint64_t digest = parts.digest();
         const std::lock_guard<std::mutex> lock(mutex_);
         for (const World& world : worlds_)
-            if (world.digest == digest) return {world.made, false};
-        worlds_.push_front({digest, std::async(std::launch::async, make, robot_, parts).share()});
-        // A world that is dropped is waited for if it is still being prepared.
+            if (world.digest == digest) return world.made;
+        worlds_.push_front({digest, std::async(std::launch::async, [this, parts] { return make(parts); }).share()});
+        // A world that is dropped is waited for if it is still being made.
         if (worlds_.size() > 2) worlds_.pop_back();
-        return {worlds_.front().made, true};
+        return worlds_.front().made;
     }
 
-    Scene prepared(const detail::WorldParts& parts) {
-        const Made made = world_of(parts).first.get();
-        if (!made.scene) detail::refuse(made.error);
-        return made.scene;
+    Made make(const detail::WorldParts& parts) {
+        const Objects before = last_objects();
+        Made made;
+        const Scene objects = parts.objects(robot_, before.parts, before.scene);
+        made.scene = objects && !parts.allowed.empty() ? objects.disabled(parts.allowed) : objects;
+        if (!made.scene || !objects.prepare() || !made.scene.prepare()) return Made{Scene(), last_error()};
+        keep(Objects{parts, objects});
+        return made;
     }
 
-    /// Repairs a start with a robot whose other joints stay. The last such robot is kept.
-    FixedStart fix_locked(const detail::WorldParts& parts, const Positions& start, const FixLimits& limits) {
+    Objects last_objects() {
+        const std::lock_guard<std::mutex> lock(objects_mutex_);
+        return objects_;
+    }
+    void keep(Objects objects) {
+        const std::lock_guard<std::mutex> lock(objects_mutex_);
+        objects_ = std::move(objects);
+    }
+
+    /// A fixer of the robot whose other joints stay where the start has them. The last one is kept.
+    std::shared_ptr<StartFixer> locked_fixer(const Positions& start, const FixLimits& limits) {
         const std::map<std::string, std::size_t> known = detail::coordinates(robot_);
         Description description = description_;
         for (const auto& [joint, position] : start) {
             const bool may_move = std::find(limits.joints.begin(), limits.joints.end(), joint) != limits.joints.end();
             if (known.count(joint) && !may_move) description.locked.emplace_back(joint, position);
         }
-        Scene robot;
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            if (!locked_ || locked_positions_ != description.locked) {
-                locked_ = moveit::robot(description);
-                locked_positions_ = description.locked;
-            }
-            robot = locked_;
-        }
-        if (!robot) return FixedStart();
-        const Scene world = parts.scene(robot);
-        return world ? fix_start(world, start, limits) : FixedStart();
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (!locked_ || locked_->description_.locked != description.locked) locked_ = std::make_shared<StartFixer>(std::move(description));
+        return locked_;
     }
 
     Scene robot_;
     Description description_;
-    std::mutex mutex_;
+    std::mutex mutex_, objects_mutex_, preparing_mutex_;
+    Objects objects_;
+    std::shared_ptr<StartFixer> locked_;
+    // Last, so that their threads end before the rest does.
     std::deque<World> worlds_;
-    Scene locked_;
-    Positions locked_positions_;
+    std::future<void> preparing_;
 };
 
 }  // namespace moveit

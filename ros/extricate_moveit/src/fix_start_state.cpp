@@ -15,8 +15,8 @@
 #include <moveit/planning_interface/planning_request_adapter.hpp>
 #include <moveit/rdf_loader/synchronized_string_parameter.hpp>
 #include <moveit/robot_state/conversions.hpp>
-#include <rclcpp/logging.hpp>
-#include <rclcpp/node.hpp>
+#include <moveit_msgs/msg/planning_scene.hpp>
+#include <rclcpp/rclcpp.hpp>
 
 #include <extricate_moveit.hpp>
 #include <extricate_moveit/extricate_moveit_parameters.hpp>
@@ -59,6 +59,9 @@ public:
         description.srdf = srdf.loadInitialValue(node, "robot_description_semantic");
         description.metric = parameters_.metric;
         fixer_ = std::async(std::launch::async, read_robot, description, parameters_.model).share();
+        // Meshes take part of a second to prepare: that begins when the scene changes, not when a plan is asked for.
+        scenes_ = node->create_subscription<moveit_msgs::msg::PlanningScene>(
+            "monitored_planning_scene", rclcpp::QoS(10), [this](const std::shared_ptr<const moveit_msgs::msg::PlanningScene> scene) { prepare(*scene); });
     }
 
     [[nodiscard]] std::string getDescription() const override { return "FixStartState (extricate)"; }
@@ -87,6 +90,14 @@ private:
         Fixer fixer = model.empty() ? std::make_shared<StartFixer>(description) : std::make_shared<StartFixer>(extricate::Scene(model));
         fixer->robot().prepare();
         return fixer;
+    }
+
+    void prepare(const moveit_msgs::msg::PlanningScene& scene) const {
+        try {
+            if (fixer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) fixer_.get()->prepare(scene);
+        } catch (const std::exception& error) {
+            RCLCPP_DEBUG(logger_, "The scene is not prepared: %s", error.what());
+        }
     }
 
     void move_start(const planning_scene::PlanningSceneConstPtr& planning_scene, planning_interface::MotionPlanRequest& req) const {
@@ -127,6 +138,7 @@ private:
     rclcpp::Logger logger_ = rclcpp::get_logger("extricate.fix_start_state");
     Parameters parameters_;
     std::shared_future<Fixer> fixer_;
+    rclcpp::Subscription<moveit_msgs::msg::PlanningScene>::SharedPtr scenes_;
 };
 
 }  // namespace extricate_moveit

@@ -11,8 +11,7 @@
 #include <class_loader/class_loader.hpp>
 #include <moveit/planning_interface/planning_response_adapter.hpp>
 #include <moveit/robot_state/conversions.hpp>
-#include <rclcpp/logging.hpp>
-#include <rclcpp/node.hpp>
+#include <rclcpp/rclcpp.hpp>
 
 #include "moved_start.hpp"
 

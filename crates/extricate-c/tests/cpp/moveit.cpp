@@ -83,7 +83,8 @@ static PlanningScene recorded() {
 static Scene in_world(const Scene& robot, const PlanningScene& message) {
     WorldParts parts;
     CHECK(parts.read(robot, message));
-    return parts.scene(robot);
+    const Scene world = parts.objects(robot, {}, {});
+    return parts.allowed.empty() ? world : world.disabled(parts.allowed);
 }
 
 /// Structs and a text of the same message make the same scene.
@@ -125,11 +126,47 @@ static void repairs() {
     for (int k = 0; k < 4; ++k) threads.emplace_back([&] { CHECK(fixer.fix(message, positions).path == start.path); });
     for (std::thread& thread : threads) thread.join();
 
-    // What is prepared is kept by what it holds.
-    PlanningScene moved = message;
-    CHECK(!fixer.prepare(moved));
-    moved.world.collision_objects[0].pose.position.x += 1e-9;
-    CHECK(fixer.prepare(moved) && !fixer.prepare(moved) && !fixer.prepare(message));
+    // Objects that were announced make no difference.
+    StartFixer other(Scene::builtin("shelf-arm"));
+    other.prepare(message);
+    CHECK(other.fix(message, positions).colliding == start.colliding);
+}
+
+/// A scene that is made of the one before equals one that is made from the beginning.
+static void changes() {
+    const Scene robot = Scene::builtin("shelf-arm");
+    const auto parts_of = [&](const PlanningScene& message) {
+        WorldParts parts;
+        CHECK(parts.read(robot, message));
+        return parts;
+    };
+    std::vector<PlanningScene> worlds(1, recorded());
+    const auto next = [&]() -> PlanningScene& { return worlds.emplace_back(PlanningScene(worlds.back())); };
+    worlds.reserve(20);
+    next().world.collision_objects[0].pose.position.z += 0.1;
+    next().world.collision_objects.push_back(primitive("ball", "world", SolidPrimitive::SPHERE, {0.1}, -0.3, 0.2, 0.6));
+    next().world.collision_objects[1].primitives[0].dimensions[0] = 0.2;
+    next().robot_state.attached_collision_objects[0].touch_links.clear();
+    next().world.collision_objects.erase(worlds.back().world.collision_objects.begin());
+    next().link_padding = {{"link_6", 0.02}};
+    next().robot_state.attached_collision_objects[0].object.id = "ball";
+    worlds.back().world.collision_objects.clear();
+    next() = recorded();
+    std::vector<double> rows;
+    for (int k = 0; k < 7 * 20; ++k) rows.push_back(std::sin(k * 1.3) * 1.5);
+    WorldParts before;
+    Scene last;
+    for (const PlanningScene& message : worlds) {
+        const WorldParts parts = parts_of(message);
+        const Scene changed = parts.objects(robot, before, last), fresh = parts.objects(robot, {}, {});
+        std::vector<std::string> ours = changed.bodies(), theirs = fresh.bodies();
+        std::sort(ours.begin(), ours.end());
+        std::sort(theirs.begin(), theirs.end());
+        CHECK(ours == theirs && changed.pair_count() == fresh.pair_count() && changed.distances(rows) == fresh.distances(rows));
+        CHECK(changed.check(rows) == fresh.check(rows));
+        before = parts;
+        last = changed;
+    }
 }
 
 /// Everything that a scene is made of changes the digest.
@@ -222,7 +259,7 @@ static void objects() {
     padded.link_padding = {{"link_6", 0.02}, {"nobody", 0.1}, {"link_2", -0.1}};
     WorldParts parts;
     CHECK(parts.read(robot, padded) && parts.padding.size() == 1 && parts.notes.size() == 1);
-    CHECK(parts.scene(robot).bodies() == in_world(robot, recorded()).bodies());
+    CHECK(in_world(robot, padded).bodies() == in_world(robot, recorded()).bodies());
 
     // The base of a mobile robot: the world is seen from it.
     message = {};
@@ -276,7 +313,7 @@ static void octomaps(const std::string& text) {
         for (std::int32_t y = -4; y < 4; ++y)
             for (std::int32_t z = 2; z < 6; ++z) CHECK(fine.count({9, y, z}));
         CHECK(leaf.cell_count == 1 && leaf.size[0] == 0.2 && leaf.cells[0] == -4 && leaf.cells[1] == 2 && leaf.cells[2] == 0);
-        CHECK(parts.obstacles[0].name == "<octomap>-1" && parts.scene(robot).bodies().size() == robot.without_obstacles().bodies().size() + 2);
+        CHECK(parts.obstacles[0].name == "<octomap>-1" && in_world(robot, message).bodies().size() == robot.without_obstacles().bodies().size() + 2);
         // A matrix may allow contact with the map.
         message.allowed_collision_matrix.default_entry_names = {"<octomap>"};
         message.allowed_collision_matrix.default_entry_values = {true};
@@ -372,6 +409,7 @@ int main(int argc, char** argv) {
     octomaps(read(folder + "/octomaps.txt"));
     objects();
     digests();
+    changes();
     repairs();
     descriptions();
     narrow_places();

@@ -1,2 +1,0 @@
-#pragma once
-#include <moveit_stub.hpp>
