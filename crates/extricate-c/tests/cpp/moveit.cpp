@@ -102,7 +102,10 @@ static void repairs() {
     StartFixer fixer(Scene::builtin("shelf-arm"));
     const Positions positions = {{"joint_1", 2.3}, {"joint_2", -1.7}, {"joint_3", 0}, {"joint_4", 0.7},
                                  {"joint_5", 0},   {"joint_6", 2.0},  {"joint_7", 0}, {"world_joint/x", 1}};
-    const FixedStart start = fixer.fix(message, positions);
+    // A limit of time would let the load of the machine decide.
+    FixLimits limits;
+    limits.max_seconds = HUGE_VAL;
+    const FixedStart start = fixer.fix(message, positions, limits);
     std::printf("%s\n", start.summary.c_str());
     CHECK(start.fixed && !start.was_free && !start.colliding.empty() && start.positions.size() == 7);
     CHECK(start.depth > 0 && start.max_displacement > 0 && start.clearance >= 1e-4);
@@ -116,20 +119,20 @@ static void repairs() {
     CHECK(again.was_free && again.fixed && again.path.size() == 1 && again.positions == start.positions);
 
     // The limit on displacement is kept, and the start then stays.
-    FixLimits limits;
-    limits.max_displacement = start.max_displacement / 2;
-    const FixedStart far = fixer.fix(message, positions, limits);
+    FixLimits near = limits;
+    near.max_displacement = start.max_displacement / 2;
+    const FixedStart far = fixer.fix(message, positions, near);
     CHECK(!far.fixed && position(far, "joint_2") == -1.7 && far.summary.find("more than the") != std::string::npos);
 
     // Threads share one fixer, and get the same answer.
     std::vector<std::thread> threads;
-    for (int k = 0; k < 4; ++k) threads.emplace_back([&] { CHECK(fixer.fix(message, positions).path == start.path); });
+    for (int k = 0; k < 4; ++k) threads.emplace_back([&] { CHECK(fixer.fix(message, positions, limits).path == start.path); });
     for (std::thread& thread : threads) thread.join();
 
     // Objects that were announced make no difference.
     StartFixer other(Scene::builtin("shelf-arm"));
     other.prepare(message);
-    CHECK(other.fix(message, positions).colliding == start.colliding);
+    CHECK(other.fix(message, positions, limits).colliding == start.colliding);
 }
 
 /// A scene that is made of the one before equals one that is made from the beginning.
