@@ -1,5 +1,5 @@
-// Messages of ROS 2 that the adapters read, as structs: moveit_msgs 2.6 (Jazzy), octomap_msgs 2.0, shape_msgs, geometry_msgs and std_msgs 5.3.
-// Members that nothing here reads are left out.
+// Messages of ROS 2 that the adapters read, as structs: moveit_msgs 2.6 (Jazzy), octomap_msgs 2.0, shape_msgs,
+// geometry_msgs and std_msgs 5.3. Members that nothing here reads are left out.
 #pragma once
 
 #include <array>

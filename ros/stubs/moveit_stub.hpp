@@ -1,6 +1,7 @@
-// What the adapters use of MoveIt 2 (2.12, Jazzy), with just enough behind it to run them. Names and signatures are those of its headers:
-// planning_request_adapter.hpp, planning_response_adapter.hpp, planning_response.hpp, planning_scene.hpp, robot_state.hpp,
-// robot_model.hpp, robot_trajectory.hpp, moveit_error_code.hpp and synchronized_string_parameter.hpp.
+// What the adapters use of MoveIt 2 (2.12, Jazzy), with just enough behind it to run them. Names and signatures are
+// those of its headers: planning_request_adapter.hpp, planning_response_adapter.hpp, planning_response.hpp,
+// planning_scene.hpp, robot_state.hpp, robot_model.hpp, robot_trajectory.hpp, moveit_error_code.hpp and
+// synchronized_string_parameter.hpp.
 #pragma once
 
 #include <cmath>
@@ -14,7 +15,8 @@ namespace moveit::core {
 /// In MoveIt a class derived of the message, which converts to and from it.
 using MoveItErrorCode = moveit_msgs::msg::MoveItErrorCodes;
 struct VariableBounds {
-    double min_position_ = 0, max_position_ = 0, min_velocity_ = 0, max_velocity_ = 0, min_acceleration_ = 0, max_acceleration_ = 0;
+    double min_position_ = 0, max_position_ = 0, min_velocity_ = 0, max_velocity_ = 0, min_acceleration_ = 0,
+           max_acceleration_ = 0;
     bool position_bounded_ = false, velocity_bounded_ = false, acceleration_bounded_ = false;
 };
 class JointModelGroup {
@@ -46,16 +48,20 @@ public:
     bool hasVelocities() const { return !velocities.empty(); }
     double getVariableVelocity(const std::string& name) const { return velocities.at(name); }
     void zeroVelocities() {
-        for (const std::string& name : names) velocities[name] = 0;
+        for (const std::string& name : names)
+            velocities[name] = 0;
     }
     void zeroAccelerations() {
-        for (const std::string& name : names) accelerations[name] = 0;
+        for (const std::string& name : names)
+            accelerations[name] = 0;
     }
     bool satisfiesBounds(const JointModelGroup* group, double margin = 0) const {
         for (const std::string& name : group->names) {
             const VariableBounds& bounds = model->bounds.at(name);
             if (!bounds.position_bounded_) continue;
-            if (positions.at(name) < bounds.min_position_ - margin || positions.at(name) > bounds.max_position_ + margin) return false;
+            if (positions.at(name) < bounds.min_position_ - margin ||
+                positions.at(name) > bounds.max_position_ + margin)
+                return false;
         }
         return true;
     }
@@ -63,18 +69,21 @@ public:
 };
 using RobotStatePtr = std::shared_ptr<RobotState>;
 class Transforms {};
-inline bool robotStateMsgToRobotState(const Transforms&, const moveit_msgs::msg::RobotState& message, RobotState& state, bool = true) {
+inline bool robotStateMsgToRobotState(const Transforms&, const moveit_msgs::msg::RobotState& message, RobotState& state,
+                                      bool = true) {
     for (std::size_t k = 0; k < message.joint_state.name.size(); ++k)
         state.positions.at(message.joint_state.name[k]) = message.joint_state.position[k];
     // A message that is no difference says all that is attached.
     if (!message.is_diff) state.attached.clear();
-    state.attached.insert(state.attached.end(), message.attached_collision_objects.begin(), message.attached_collision_objects.end());
+    state.attached.insert(state.attached.end(), message.attached_collision_objects.begin(),
+                          message.attached_collision_objects.end());
     return true;
 }
 inline void robotStateToRobotStateMsg(const RobotState& state, moveit_msgs::msg::RobotState& message, bool = true) {
     message = moveit_msgs::msg::RobotState();
     message.joint_state.name = state.names;
-    for (const std::string& name : state.names) message.joint_state.position.push_back(state.positions.at(name));
+    for (const std::string& name : state.names)
+        message.joint_state.position.push_back(state.positions.at(name));
     message.attached_collision_objects = state.attached;
 }
 }  // namespace moveit::core
@@ -87,7 +96,9 @@ public:
     const moveit::core::RobotState& getWayPoint(std::size_t at) const { return *waypoints_[at]; }
     const moveit::core::RobotState& getFirstWayPoint() const { return *waypoints_.front(); }
     moveit::core::RobotStatePtr& getFirstWayPointPtr() { return waypoints_.front(); }
-    double getWayPointDurationFromPrevious(std::size_t at) const { return at < durations_.size() ? durations_[at] : 0.0; }
+    double getWayPointDurationFromPrevious(std::size_t at) const {
+        return at < durations_.size() ? durations_[at] : 0.0;
+    }
     RobotTrajectory& setWayPointDurationFromPrevious(std::size_t at, double value) {
         if (durations_.size() <= at) durations_.resize(at + 1, 0.0);
         durations_[at] = value;
@@ -151,8 +162,8 @@ using StringCallback = std::function<void(const std::string&)>;
 /// In MoveIt it waits for the topic, and may follow it.
 class SynchronizedStringParameter {
 public:
-    std::string loadInitialValue(const std::shared_ptr<rclcpp::Node>& node, const std::string& name, const StringCallback& = {},
-                                 bool = false, double = 10.0) {
+    std::string loadInitialValue(const std::shared_ptr<rclcpp::Node>& node, const std::string& name,
+                                 const StringCallback& = {}, bool = false, double = 10.0) {
         const std::string empty;
         const auto& overrides = node->get_node_parameters_interface()->get_parameter_overrides();
         const std::string own = overrides.count(name) ? overrides.at(name).get<std::string>() : empty;
@@ -178,15 +189,17 @@ public:
     virtual ~PlanningRequestAdapter() = default;
     virtual void initialize(const rclcpp::Node::SharedPtr&, const std::string&) {}
     [[nodiscard]] virtual std::string getDescription() const = 0;
-    [[nodiscard]] virtual moveit::core::MoveItErrorCode adapt(const planning_scene::PlanningSceneConstPtr& planning_scene,
-                                                              planning_interface::MotionPlanRequest& req) const = 0;
+    [[nodiscard]] virtual moveit::core::MoveItErrorCode adapt(
+        const planning_scene::PlanningSceneConstPtr& planning_scene,
+        planning_interface::MotionPlanRequest& req) const = 0;
 };
 class PlanningResponseAdapter {
 public:
     virtual ~PlanningResponseAdapter() = default;
     virtual void initialize(const rclcpp::Node::SharedPtr&, const std::string&) {}
     [[nodiscard]] virtual std::string getDescription() const = 0;
-    virtual void adapt(const planning_scene::PlanningSceneConstPtr& planning_scene, const planning_interface::MotionPlanRequest& req,
+    virtual void adapt(const planning_scene::PlanningSceneConstPtr& planning_scene,
+                       const planning_interface::MotionPlanRequest& req,
                        planning_interface::MotionPlanResponse& res) const = 0;
 };
 }  // namespace planning_interface

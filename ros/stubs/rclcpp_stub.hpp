@@ -1,5 +1,5 @@
-// What the adapters use of ROS 2 (rclcpp 28, Jazzy), with just enough behind it to run them. A parameter has a static type, which
-// no value of another type may take, unless it was declared from the launch file alone.
+// What the adapters use of ROS 2 (rclcpp 28, Jazzy), with just enough behind it to run them. A parameter has a static
+// type, which no value of another type may take, unless it was declared from the launch file alone.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,8 @@ enum ParameterType { PARAMETER_NOT_SET, PARAMETER_INTEGER, PARAMETER_DOUBLE, PAR
 
 namespace exceptions {
 struct InvalidParameterTypeException : std::runtime_error {
-    explicit InvalidParameterTypeException(const std::string& name) : std::runtime_error("parameter '" + name + "' has invalid type") {}
+    explicit InvalidParameterTypeException(const std::string& name)
+        : std::runtime_error("parameter '" + name + "' has invalid type") {}
 };
 }  // namespace exceptions
 
@@ -94,18 +95,25 @@ public:
 
     bool has_parameter(const std::string& name) const { return parameters_.count(name) > 0; }
     const ParameterValue& declare_parameter(const std::string& name, const ParameterValue& usual,
-                                            const rcl_interfaces::msg::ParameterDescriptor& = {}, bool ignores_override = false) {
+                                            const rcl_interfaces::msg::ParameterDescriptor& = {},
+                                            bool ignores_override = false) {
         const auto found = interface_->overrides.find(name);
         const bool is_overridden = found != interface_->overrides.end() && !ignores_override;
-        if (is_overridden && found->second.get_type() != usual.get_type()) throw exceptions::InvalidParameterTypeException(name);
+        if (is_overridden && found->second.get_type() != usual.get_type())
+            throw exceptions::InvalidParameterTypeException(name);
         return parameters_[name] = is_overridden ? found->second : usual;
     }
     Parameter get_parameter(const std::string& name) const { return Parameter(name, parameters_.at(name)); }
-    void set_parameter(const Parameter& parameter) { parameters_[parameter.get_name()] = parameter.get_parameter_value(); }
+    void set_parameter(const Parameter& parameter) {
+        parameters_[parameter.get_name()] = parameter.get_parameter_value();
+    }
     template <class Message, class Callback>
-    typename Subscription<Message>::SharedPtr create_subscription(const std::string& topic, const QoS&, Callback callback) {
+    typename Subscription<Message>::SharedPtr create_subscription(const std::string& topic, const QoS&,
+                                                                  Callback callback) {
         auto made = std::make_shared<Subscription<Message>>(Subscription<Message>{callback});
-        subscriptions[topic] = [made](const void* message) { made->callback(std::make_shared<const Message>(*static_cast<const Message*>(message))); };
+        subscriptions[topic] = [made](const void* message) {
+            made->callback(std::make_shared<const Message>(*static_cast<const Message*>(message)));
+        };
         return made;
     }
     /// Calls subscribers of a topic, by its name, with a message of their type.
@@ -113,7 +121,8 @@ public:
     std::shared_ptr<node_interfaces::NodeParametersInterface> get_node_parameters_interface() { return interface_; }
 
 private:
-    std::shared_ptr<node_interfaces::NodeParametersInterface> interface_ = std::make_shared<node_interfaces::NodeParametersInterface>();
+    std::shared_ptr<node_interfaces::NodeParametersInterface> interface_ =
+        std::make_shared<node_interfaces::NodeParametersInterface>();
     std::map<std::string, ParameterValue> parameters_;
 };
 }  // namespace rclcpp

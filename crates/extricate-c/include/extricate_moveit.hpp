@@ -5,8 +5,8 @@
  *     if (start.fixed) use(start.path);
  *
  * A planning scene is any struct with the members of a moveit_msgs::msg::PlanningScene that are read here: those of
- * ROS 2, or a test's own. Its world with the octomap, attached objects, allowed collisions and padding are used; `notes`
- * lists what is approximated or ignored.
+ * ROS 2, or a test's own. Its world with the octomap, attached objects, allowed collisions and padding are used;
+ * `notes` lists what is approximated or ignored.
  *
  * Without exceptions, a repair that fails returns a start that is empty and not fixed.
  * extricate::last_status() and last_error() then report the reason. */
@@ -141,13 +141,16 @@ struct Description {
 
 /// Makes a scene of a robot alone.
 inline Scene robot(const Description& description) {
-    std::string text = "metric = { kind = " + detail::quoted(description.metric) + " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
-    for (const std::string& folder : description.packages) text += detail::quoted(folder) + ", ";
+    std::string text = "metric = { kind = " + detail::quoted(description.metric) +
+                       " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
+    for (const std::string& folder : description.packages)
+        text += detail::quoted(folder) + ", ";
     text += "]\n";
     if (!description.locked.empty()) {
         // A joint whose two limits are equal stays. Joints without coordinates would change which pairs are checked.
         std::vector<std::pair<std::string, std::string>> limits;
-        for (const auto& [joint, position] : description.locked) limits.emplace_back(joint, "[" + detail::number(position) + ", " + detail::number(position) + "]");
+        for (const auto& [joint, position] : description.locked)
+            limits.emplace_back(joint, "[" + detail::number(position) + ", " + detail::number(position) + "]");
         text += "limits = " + detail::table(limits) + "\n";
     }
     std::vector<std::pair<std::string, std::string>> files = {{"robot.urdf", description.urdf}};
@@ -173,15 +176,18 @@ struct Placement {
     }
     void rotate(const double* vector, double* out) const {
         const double *q = turned, *v = vector;
-        const double t[3] = {2 * (q[1] * v[2] - q[2] * v[1]), 2 * (q[2] * v[0] - q[0] * v[2]), 2 * (q[0] * v[1] - q[1] * v[0])};
+        const double t[3] = {2 * (q[1] * v[2] - q[2] * v[1]), 2 * (q[2] * v[0] - q[0] * v[2]),
+                             2 * (q[0] * v[1] - q[1] * v[0])};
         const double turn[3] = {q[1] * t[2] - q[2] * t[1], q[2] * t[0] - q[0] * t[2], q[0] * t[1] - q[1] * t[0]};
-        for (int k = 0; k < 3; ++k) out[k] = v[k] + q[3] * t[k] + turn[k];
+        for (int k = 0; k < 3; ++k)
+            out[k] = v[k] + q[3] * t[k] + turn[k];
     }
     /// The pose of what `inner` places in the coordinates that this places.
     Placement then(const Placement& inner) const {
         Placement all;
         rotate(inner.position, all.position);
-        for (int k = 0; k < 3; ++k) all.position[k] += position[k];
+        for (int k = 0; k < 3; ++k)
+            all.position[k] += position[k];
         const double *a = turned, *b = inner.turned;
         all.turned[0] = a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1];
         all.turned[1] = a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0];
@@ -191,14 +197,17 @@ struct Placement {
     }
     Placement inverse() const {
         Placement back;
-        for (int k = 0; k < 3; ++k) back.turned[k] = -turned[k];
+        for (int k = 0; k < 3; ++k)
+            back.turned[k] = -turned[k];
         back.turned[3] = turned[3];
         back.rotate(position, back.position);
-        for (double& x : back.position) x = -x;
+        for (double& x : back.position)
+            x = -x;
         return back;
     }
     bool is_identity() const {
-        return position[0] == 0 && position[1] == 0 && position[2] == 0 && turned[0] == 0 && turned[1] == 0 && turned[2] == 0;
+        return position[0] == 0 && position[1] == 0 && position[2] == 0 && turned[0] == 0 && turned[1] == 0 &&
+               turned[2] == 0;
     }
 };
 
@@ -208,9 +217,11 @@ Placement placement(const Position& at, const Quaternion& turned) {
     Placement placed;
     const double position[3] = {at.x, at.y, at.z}, q[4] = {turned.x, turned.y, turned.z, turned.w};
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (int k = 0; k < 3; ++k) placed.position[k] = position[k];
+    for (int k = 0; k < 3; ++k)
+        placed.position[k] = position[k];
     if (length != 0)
-        for (int k = 0; k < 4; ++k) placed.turned[k] = q[k] / length;
+        for (int k = 0; k < 4; ++k)
+            placed.turned[k] = q[k] / length;
     return placed;
 }
 
@@ -219,7 +230,10 @@ class OctomapReader {
 public:
     /// `value_bytes` is what each node of a full map has behind its log odds; a binary map has no values.
     OctomapReader(const signed char* data, std::size_t size, bool is_binary, std::size_t value_bytes)
-        : data_(reinterpret_cast<const unsigned char*>(data)), end_(data_ + size), is_binary_(is_binary), value_bytes_(value_bytes) {}
+        : data_(reinterpret_cast<const unsigned char*>(data)),
+          end_(data_ + size),
+          is_binary_(is_binary),
+          value_bytes_(value_bytes) {}
 
     /// Cells of the occupied leaves, three indices each; `leaves[k]` are those of 2^k times the resolution.
     std::vector<std::vector<std::int32_t>> leaves = std::vector<std::vector<std::int32_t>>(LEVELS + 1);
@@ -235,10 +249,12 @@ private:
     static constexpr int LEVELS = 16;
 
     void add(int level, const std::int32_t* first) {
-        for (int k = 0; k < 3; ++k) leaves[level].push_back((first[k] - (1 << (LEVELS - 1))) >> level);
+        for (int k = 0; k < 3; ++k)
+            leaves[level].push_back((first[k] - (1 << (LEVELS - 1))) >> level);
     }
     static void child(int level, const std::int32_t* first, int index, std::int32_t* out) {
-        for (int k = 0; k < 3; ++k) out[k] = first[k] + ((index >> k & 1) << (level - 1));
+        for (int k = 0; k < 3; ++k)
+            out[k] = first[k] + ((index >> k & 1) << (level - 1));
     }
     /// A node of a binary map is two bits for each child: 0 unknown, 1 free, 2 occupied, 3 an inner node that follows.
     bool binary_node(int level, const std::int32_t* first) {
@@ -282,7 +298,8 @@ class Digest {
 public:
     void add(const void* data, std::size_t size) {
         const unsigned char* bytes = static_cast<const unsigned char*>(data);
-        for (std::size_t k = 0; k < size; ++k) value_ = (value_ ^ bytes[k]) * 0x100000001b3ULL;
+        for (std::size_t k = 0; k < size; ++k)
+            value_ = (value_ ^ bytes[k]) * 0x100000001b3ULL;
     }
     void add(double value) { add(&value, sizeof value); }
     void add(std::size_t value) { add(&value, sizeof value); }
@@ -315,7 +332,8 @@ public:
     /// Reads a PlanningScene, whose world takes the place of the obstacles of `robot`. Returns false if it is refused.
     template <class Message>
     bool read(const Scene& robot, const Message& message) {
-        for (const std::string& body : robot.without_obstacles().bodies()) bodies_.insert(body);
+        for (const std::string& body : robot.without_obstacles().bodies())
+            bodies_.insert(body);
         Placement base;
         if (!read_base(robot, message.robot_state.multi_dof_joint_state, base)) return false;
         const Placement world = base.inverse();
@@ -337,7 +355,8 @@ public:
         if (!read_allowed(message.allowed_collision_matrix)) return false;
         for (const auto& entry : message.link_padding) {
             if (entry.padding > 0 && bodies_.count(entry.link_name)) padding[entry.link_name] = entry.padding;
-            if (entry.padding < 0) notes.push_back("link_padding of " + entry.link_name + ": a negative one is ignored");
+            if (entry.padding < 0)
+                notes.push_back("link_padding of " + entry.link_name + ": a negative one is ignored");
         }
         for (const auto& entry : message.link_scale)
             if (entry.scale != 1.0) notes.push_back("link_scale of " + entry.link_name + ": links keep their size");
@@ -347,8 +366,10 @@ public:
     /// A number that differs if anything that the scene of this world uses differs.
     std::uint64_t digest() const {
         Digest digest;
-        for (const Obstacle& obstacle : obstacles) add(digest, obstacle);
-        for (const Held& each : held) add(digest, each);
+        for (const Obstacle& obstacle : obstacles)
+            add(digest, obstacle);
+        for (const Held& each : held)
+            add(digest, each);
         for (const auto& [first, second] : allowed) {
             digest.add(first);
             digest.add(second);
@@ -360,17 +381,20 @@ public:
         return digest.value();
     }
 
-    /// The robot among the objects of this world, with all pairs checked. It is made of the scene `last` of the world `before`,
-    /// if there is one: what that has prepared of the same shapes is kept.
+    /// The robot among the objects of this world, with all pairs checked. It is made of the scene `last` of the world
+    /// `before`, if there is one: what that has prepared of the same shapes is kept.
     Scene objects(const Scene& robot, const WorldParts& before, const Scene& last) const {
         std::vector<std::pair<std::string, std::string>> padded;
-        for (const auto& [link, metres] : padding) padded.emplace_back(link, number(metres));
+        for (const auto& [link, metres] : padding)
+            padded.emplace_back(link, number(metres));
         std::map<std::string, const Obstacle*> standing;
         std::map<std::string, const Held*> hanging;
         Scene world = last;
         if (last && padding == before.padding) {
-            for (const Obstacle& obstacle : before.obstacles) standing[obstacle.name] = &obstacle;
-            for (const Held& each : before.held) hanging[each.object.name] = &each;
+            for (const Obstacle& obstacle : before.obstacles)
+                standing[obstacle.name] = &obstacle;
+            for (const Held& each : before.held)
+                hanging[each.object.name] = &each;
         } else {
             world = padding.empty() ? robot.without_obstacles()
                                     : robot.in_world_text("padding.toml", "padding = " + table(padded) + "\n");
@@ -384,7 +408,8 @@ public:
                 added.push_back(obstacle);
                 continue;
             }
-            if (std::memcmp(&obstacle.pose, &found->second->pose, sizeof obstacle.pose) != 0) moved.emplace_back(obstacle.name, obstacle.pose);
+            if (std::memcmp(&obstacle.pose, &found->second->pose, sizeof obstacle.pose) != 0)
+                moved.emplace_back(obstacle.name, obstacle.pose);
             standing.erase(found);
         }
         for (const Held& each : held) {
@@ -395,8 +420,10 @@ public:
                 hanging.erase(found);
         }
         std::vector<std::string> gone;
-        for (const auto& [name, obstacle] : standing) gone.push_back(name);
-        for (const auto& [name, each] : hanging) gone.push_back(name);
+        for (const auto& [name, obstacle] : standing)
+            gone.push_back(name);
+        for (const auto& [name, each] : hanging)
+            gone.push_back(name);
         if (world && !gone.empty()) world = world.without(gone);
         if (world && !moved.empty()) world = world.moved(moved);
         if (world && !added.empty()) world = world.with_obstacles(added);
@@ -408,8 +435,10 @@ public:
     /// Adds the obstacles of another world whose names this one does not have.
     void add_obstacles(const WorldParts& other) {
         std::set<std::string> names;
-        for (const Obstacle& obstacle : obstacles) names.insert(obstacle.name);
-        for (const Held& each : held) names.insert(each.object.name);
+        for (const Obstacle& obstacle : obstacles)
+            names.insert(obstacle.name);
+        for (const Held& each : held)
+            names.insert(each.object.name);
         for (const Obstacle& obstacle : other.obstacles)
             if (!names.count(obstacle.name)) obstacles.push_back(obstacle);
     }
@@ -437,7 +466,8 @@ private:
     static void add(Digest& digest, const Held& held) {
         add(digest, held.object);
         digest.add(held.link);
-        for (const std::string& touch : held.touch) digest.add(touch);
+        for (const std::string& touch : held.touch)
+            digest.add(touch);
     }
     template <class Part>
     static std::uint64_t digest_of(const Part& part) {
@@ -472,13 +502,16 @@ private:
     static bool is_in(const Object& object, std::string& frame, const char* expected) {
         const std::string& own = object.header.frame_id;
         if (own.empty() || own == frame) return true;
-        if (!frame.empty()) return refuse("object \"" + shown(object.id) + "\": got the frame \"" + shown(own) + "\" beside \"" + shown(frame) + "\", expected " + expected);
+        if (!frame.empty())
+            return refuse("object \"" + shown(object.id) + "\": got the frame \"" + shown(own) + "\" beside \"" +
+                          shown(frame) + "\", expected " + expected);
         frame = own;
         return true;
     }
 
     template <class Object>
-    bool read_object(const Object& object, const std::string& element, const Placement& frame, std::vector<Obstacle>& out) {
+    bool read_object(const Object& object, const std::string& element, const Placement& frame,
+                     std::vector<Obstacle>& out) {
         const Placement whole = frame.then(placement(object.pose.position, object.pose.orientation));
         std::vector<Obstacle> shapes;
         const auto place = [&](Shape shape, const auto& poses, std::size_t at) {
@@ -488,7 +521,8 @@ private:
         };
         const auto are_as_many = [&](const char* kind, std::size_t count, std::size_t poses) {
             return poses == 0 || poses == count ||
-                   refuse(element + ": got " + std::to_string(count) + " " + kind + " and " + std::to_string(poses) + " poses, expected as many");
+                   refuse(element + ": got " + std::to_string(count) + " " + kind + " and " + std::to_string(poses) +
+                          " poses, expected as many");
         };
         if (!are_as_many("primitives", object.primitives.size(), object.primitive_poses.size()) ||
             !are_as_many("meshes", object.meshes.size(), object.mesh_poses.size()) ||
@@ -500,9 +534,11 @@ private:
             const int kind = static_cast<int>(primitive.type);
             const std::size_t expected = kind == 1 ? 3 : kind == 2 ? 1 : 2;
             if (kind < 1 || kind > 4)
-                return refuse(element + ": type: got " + std::to_string(kind) + ", expected 1 (box), 2 (sphere), 3 (cylinder) or 4 (cone)");
+                return refuse(element + ": type: got " + std::to_string(kind) +
+                              ", expected 1 (box), 2 (sphere), 3 (cylinder) or 4 (cone)");
             if (sizes.size() < expected)
-                return refuse(element + ": dimensions: got " + std::to_string(sizes.size()) + " numbers, expected " + std::to_string(expected));
+                return refuse(element + ": dimensions: got " + std::to_string(sizes.size()) + " numbers, expected " +
+                              std::to_string(expected));
             // The message has the height of cylinders and cones first.
             place(kind == 1   ? Shape::box(sizes[0], sizes[1], sizes[2])
                   : kind == 2 ? Shape::sphere(sizes[0])
@@ -514,9 +550,11 @@ private:
         for (std::size_t k = 0; k < object.meshes.size(); ++k) {
             std::vector<double> corners;
             std::vector<std::uint32_t> triangles;
-            for (const auto& corner : object.meshes[k].vertices) corners.insert(corners.end(), {corner.x, corner.y, corner.z});
+            for (const auto& corner : object.meshes[k].vertices)
+                corners.insert(corners.end(), {corner.x, corner.y, corner.z});
             for (const auto& triangle : object.meshes[k].triangles)
-                triangles.insert(triangles.end(), {triangle.vertex_indices[0], triangle.vertex_indices[1], triangle.vertex_indices[2]});
+                triangles.insert(triangles.end(),
+                                 {triangle.vertex_indices[0], triangle.vertex_indices[1], triangle.vertex_indices[2]});
             place(Shape::mesh(std::move(corners), std::move(triangles)), object.mesh_poses, k);
         }
         for (std::size_t k = 0; k < object.planes.size(); ++k) {
@@ -527,7 +565,8 @@ private:
             notes.push_back(element + ": a plane is taken for all that lies behind it");
         }
         take_names(object.id, shapes);
-        for (Obstacle& shape : shapes) out.push_back(std::move(shape));
+        for (Obstacle& shape : shapes)
+            out.push_back(std::move(shape));
         return true;
     }
 
@@ -562,9 +601,11 @@ private:
         const bool is_colour = map.id == "ColorOcTree";
         if (map.id != "OcTree" && !is_colour)
             return refuse(element + ": id: got \"" + shown(map.id) + "\", expected OcTree or ColorOcTree");
-        OctomapReader reader(reinterpret_cast<const signed char*>(map.data.data()), map.data.size(), map.binary, is_colour ? 3 : 0);
+        OctomapReader reader(reinterpret_cast<const signed char*>(map.data.data()), map.data.size(), map.binary,
+                             is_colour ? 3 : 0);
         if (!reader.read())
-            return refuse(element + ": data: got " + std::to_string(map.data.size()) + " bytes, expected the nodes of one tree of depth 16");
+            return refuse(element + ": data: got " + std::to_string(map.data.size()) +
+                          " bytes, expected the nodes of one tree of depth 16");
         const Pose pose = world.then(placement(message.origin.position, message.origin.orientation)).pose();
         std::vector<Obstacle> shapes;
         double side = map.resolution;
@@ -612,25 +653,32 @@ private:
         const std::vector<std::string>& names = matrix.entry_names;
         const std::string element = "allowed_collision_matrix";
         if (matrix.entry_values.size() != names.size())
-            return refuse(element + ": got " + std::to_string(names.size()) + " names and " + std::to_string(matrix.entry_values.size()) + " rows, expected as many");
+            return refuse(element + ": got " + std::to_string(names.size()) + " names and " +
+                          std::to_string(matrix.entry_values.size()) + " rows, expected as many");
         std::map<std::pair<std::string, std::string>, bool> pairs;
-        const auto ordered = [](const std::string& a, const std::string& b) { return a < b ? std::make_pair(a, b) : std::make_pair(b, a); };
+        const auto ordered = [](const std::string& a, const std::string& b) {
+            return a < b ? std::make_pair(a, b) : std::make_pair(b, a);
+        };
         for (std::size_t row = 0; row < names.size(); ++row) {
             const auto& enabled = matrix.entry_values[row].enabled;
             if (enabled.size() != names.size())
-                return refuse(element + ": " + shown(names[row]) + ": got " + std::to_string(enabled.size()) + " values, expected " + std::to_string(names.size()));
+                return refuse(element + ": " + shown(names[row]) + ": got " + std::to_string(enabled.size()) +
+                              " values, expected " + std::to_string(names.size()));
             for (std::size_t column = row + 1; column < names.size(); ++column)
                 pairs[ordered(names[row], names[column])] = enabled[column];
         }
         if (matrix.default_entry_names.size() != matrix.default_entry_values.size())
-            return refuse(element + ": got " + std::to_string(matrix.default_entry_names.size()) + " defaults and " + std::to_string(matrix.default_entry_values.size()) + " values, expected as many");
+            return refuse(element + ": got " + std::to_string(matrix.default_entry_names.size()) + " defaults and " +
+                          std::to_string(matrix.default_entry_values.size()) + " values, expected as many");
         std::set<std::string> known = bodies_, refused;
-        for (const auto& [object, shapes] : names_) known.insert(object);
+        for (const auto& [object, shapes] : names_)
+            known.insert(object);
         for (std::size_t k = 0; k < matrix.default_entry_names.size(); ++k)
             if (!matrix.default_entry_values[k]) refused.insert(matrix.default_entry_names[k]);
         for (const std::string& name : matrix.default_entry_names)
             for (const std::string& other : known)
-                if (other != name && !refused.count(name) && !refused.count(other)) pairs.emplace(ordered(name, other), true);
+                if (other != name && !refused.count(name) && !refused.count(other))
+                    pairs.emplace(ordered(name, other), true);
         for (const auto& [pair, is_allowed] : pairs) {
             if (!is_allowed) continue;
             for (const std::string& first : bodies_of(pair.first))
@@ -675,7 +723,8 @@ inline bool moves_only(const std::vector<std::string>& may_move, const FixedStar
 
 /// The largest displacement of any point from a configuration beyond the limits to the nearest one within them [m];
 /// infinity if the robot collides with itself there.
-inline double displacement_to_limits(const Scene& world, const std::vector<double>& q, const std::vector<double>& within) {
+inline double displacement_to_limits(const Scene& world, const std::vector<double>& q,
+                                     const std::vector<double>& within) {
     const Batch batch = query_batch(world.without_obstacles(), q);
     if (batch.summaries.empty() || !batch.summaries[0].found) return HUGE_VAL;
     for (std::size_t at = 0; at < q.size(); ++at)
@@ -686,17 +735,21 @@ inline double displacement_to_limits(const Scene& world, const std::vector<doubl
 inline std::string summary_of(const FixedStart& fixed, const FixLimits& limits, const Escape& escape) {
     if (fixed.was_free) return "the start is free";
     std::string text = "the start";
-    if (!fixed.colliding.empty()) text += " has " + fixed.colliding[0].first + " in collision with " + fixed.colliding[0].second;
+    if (!fixed.colliding.empty())
+        text += " has " + fixed.colliding[0].first + " in collision with " + fixed.colliding[0].second;
     if (fixed.colliding.size() > 1) text += " and " + std::to_string(fixed.colliding.size() - 1) + " more pairs";
-    if (!fixed.outside.empty()) text += std::string(fixed.colliding.empty() ? "" : ", and") + " is beyond a limit of " + fixed.outside[0];
+    if (!fixed.outside.empty())
+        text += std::string(fixed.colliding.empty() ? "" : ", and") + " is beyond a limit of " + fixed.outside[0];
     char rest[240];
     if (!escape) {
         text += "; no path out of collision was found";
-        std::snprintf(rest, sizeof rest, " on which nothing gets more than 1 mm deeper, but one of %g m", escape.needed_tolerance());
+        std::snprintf(rest, sizeof rest, " on which nothing gets more than 1 mm deeper, but one of %g m",
+                      escape.needed_tolerance());
         return std::isnan(escape.needed_tolerance()) ? text : text + rest;
     }
     std::snprintf(rest, sizeof rest, "; %s is %.4f away, moves points by up to %.4f m and keeps %.4f m",
-                  fixed.fixed ? "its repair" : "the nearest free state", fixed.depth, fixed.max_displacement, fixed.clearance);
+                  fixed.fixed ? "its repair" : "the nearest free state", fixed.depth, fixed.max_displacement,
+                  fixed.clearance);
     text += rest;
     if (fixed.fixed) return text;
     if (!moves_only(limits.joints, fixed)) return text + ", but moves joints that have to stay";
@@ -710,7 +763,8 @@ inline std::string summary_of(const FixedStart& fixed, const FixLimits& limits, 
 inline FixedStart fix_start(const Scene& world, const Positions& start, const FixLimits& limits = FixLimits()) {
     FixedStart fixed;
     if (!(limits.max_displacement >= 0)) {
-        detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) + ", expected 0 or more [m]");
+        detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) +
+                       ", expected 0 or more [m]");
         return fixed;
     }
     const auto began = std::chrono::steady_clock::now();
@@ -729,7 +783,8 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
     };
     const auto [lower, upper] = world.limits();
     const auto clamped = [&, &lower = lower, &upper = upper](std::vector<double> q) {
-        for (const auto& joint : joints) q[joint.second] = std::min(std::max(q[joint.second], lower[joint.second]), upper[joint.second]);
+        for (const auto& joint : joints)
+            q[joint.second] = std::min(std::max(q[joint.second], lower[joint.second]), upper[joint.second]);
         return q;
     };
     const std::vector<double> q = config(start);
@@ -742,7 +797,8 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
     options.max_seconds = limits.max_seconds;
     if (!limits.toward.empty()) {
         std::map<std::string, double> goal(start.begin(), start.end());
-        for (const auto& [joint, position] : limits.toward) goal[joint] = position;
+        for (const auto& [joint, position] : limits.toward)
+            goal[joint] = position;
         options.toward = config(Positions(goal.begin(), goal.end()));
         if (last_status() != EXTRICATE_OK) return fixed;
         options.toward = clamped(options.toward);
@@ -751,7 +807,8 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
     if (last_status() != EXTRICATE_OK) return fixed;
     const double to_limits = q == within ? 0 : detail::displacement_to_limits(world, q, within);
     // If nothing near keeps that much, something near may keep the clearance of the scene.
-    if (escape && to_limits + escape.max_displacement() > limits.max_displacement && !(limits.clearance <= world.clearance())) {
+    if (escape && to_limits + escape.max_displacement() > limits.max_displacement &&
+        !(limits.clearance <= world.clearance())) {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
         options.aim = world.clearance();
         options.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
@@ -762,15 +819,18 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
         fixed.positions.emplace_back(joint, q[at]);
         if (q[at] != within[at]) fixed.outside.push_back(joint);
     }
-    for (const ExtricatePairDistance& each : escape.colliding()) fixed.colliding.push_back(world.names(each.pair));
+    for (const ExtricatePairDistance& each : escape.colliding())
+        fixed.colliding.push_back(world.names(each.pair));
     const auto add = [&](const auto& row) {
         fixed.path.emplace_back();
-        for (const auto& joint : joints) fixed.path.back().push_back(row[joint.second]);
+        for (const auto& joint : joints)
+            fixed.path.back().push_back(row[joint.second]);
     };
     const Rows points = escape.points();
     if (escape) {
         if (q != within) add(q);
-        for (std::size_t k = 0; k < points.size(); ++k) add(points[k]);
+        for (std::size_t k = 0; k < points.size(); ++k)
+            add(points[k]);
         fixed.free_from = escape.free_from() + (q == within ? 0 : 1);
         fixed.depth = world.metric_distance(q, points.back());
         fixed.max_displacement = to_limits + escape.max_displacement();
@@ -778,7 +838,8 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
         fixed.was_free = fixed.path.size() == 1;
         fixed.fixed = fixed.max_displacement <= limits.max_displacement && detail::moves_only(limits.joints, fixed);
     }
-    for (std::size_t k = 0; fixed.fixed && k < fixed.positions.size(); ++k) fixed.positions[k].second = fixed.path.back()[k];
+    for (std::size_t k = 0; fixed.fixed && k < fixed.positions.size(); ++k)
+        fixed.positions[k].second = fixed.path.back()[k];
     fixed.summary = detail::summary_of(fixed, limits, escape);
     return fixed;
 }
@@ -787,7 +848,8 @@ inline FixedStart fix_start(const Scene& world, const Positions& start, const Fi
 class StartFixer {
 public:
     /// Makes the robot.
-    explicit StartFixer(Description description) : robot_(moveit::robot(description)), description_(std::move(description)) {}
+    explicit StartFixer(Description description)
+        : robot_(moveit::robot(description)), description_(std::move(description)) {}
     /// Takes a robot, perhaps with a model that was learned from it.
     explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
 
@@ -799,8 +861,8 @@ public:
         return parts.read(robot_, planning_scene) ? fix_in(parts, start, limits) : FixedStart();
     }
 
-    /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world that has
-    /// them is then repaired as fast as later ones; without this call, meshes take part of a second.
+    /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world
+    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second.
     template <class Message>
     void prepare(const Message& planning_scene) {
         detail::WorldParts parts;
@@ -854,7 +916,8 @@ private:
         return fixed;
     }
 
-    /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and again.
+    /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and
+    /// again.
     std::shared_future<Made> made_of(const detail::WorldParts& parts) {
         const std::uint64_t digest = parts.digest();
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -894,7 +957,8 @@ private:
             if (known.count(joint) && !may_move) description.locked.emplace_back(joint, position);
         }
         const std::lock_guard<std::mutex> lock(mutex_);
-        if (!locked_ || locked_->description_.locked != description.locked) locked_ = std::make_shared<StartFixer>(std::move(description));
+        if (!locked_ || locked_->description_.locked != description.locked)
+            locked_ = std::make_shared<StartFixer>(std::move(description));
         return locked_;
     }
 

@@ -1,7 +1,8 @@
-// A planning request adapter of MoveIt 2 (Jazzy and newer): a start in collision, or beyond its limits, becomes the free one to which a proved path
-// leads. Goes before the checks of the start:
+// A planning request adapter of MoveIt 2 (Jazzy and newer): a start in collision, or beyond its limits, becomes the
+// free one to which a proved path leads. Goes before the checks of the start:
 //
-//     request_adapters: [..., extricate_moveit/FixStartState, default_planning_request_adapters/CheckStartStateCollision]
+//     request_adapters: [..., extricate_moveit/FixStartState,
+//     default_planning_request_adapters/CheckStartStateCollision]
 //
 // If anything keeps it from its work, it says so in the log and leaves the request as it is.
 // What is converted, and how, is in extricate_moveit.hpp, which knows no ROS and is tested without.
@@ -61,7 +62,8 @@ public:
         fixer_ = std::async(std::launch::async, read_robot, description, parameters_.model).share();
         // Meshes take part of a second to prepare: that begins when the scene changes, not when a plan is asked for.
         scenes_ = node->create_subscription<moveit_msgs::msg::PlanningScene>(
-            "monitored_planning_scene", rclcpp::QoS(10), [this](const std::shared_ptr<const moveit_msgs::msg::PlanningScene> scene) { prepare(*scene); });
+            "monitored_planning_scene", rclcpp::QoS(10),
+            [this](const std::shared_ptr<const moveit_msgs::msg::PlanningScene> scene) { prepare(*scene); });
     }
 
     [[nodiscard]] std::string getDescription() const override { return "FixStartState (extricate)"; }
@@ -86,8 +88,10 @@ private:
 
     static Fixer read_robot(const Description& description, const std::string& model) {
         if (model.empty() && description.urdf.empty())
-            throw std::runtime_error("robot_description: got nothing, expected a parameter of the node or a message on the topic");
-        Fixer fixer = model.empty() ? std::make_shared<StartFixer>(description) : std::make_shared<StartFixer>(extricate::Scene(model));
+            throw std::runtime_error(
+                "robot_description: got nothing, expected a parameter of the node or a message on the topic");
+        Fixer fixer = model.empty() ? std::make_shared<StartFixer>(description)
+                                    : std::make_shared<StartFixer>(extricate::Scene(model));
         fixer->robot().prepare();
         return fixer;
     }
@@ -100,7 +104,8 @@ private:
         }
     }
 
-    void move_start(const planning_scene::PlanningSceneConstPtr& planning_scene, planning_interface::MotionPlanRequest& req) const {
+    void move_start(const planning_scene::PlanningSceneConstPtr& planning_scene,
+                    planning_interface::MotionPlanRequest& req) const {
         moveit::core::RobotState start = planning_scene->getCurrentState();
         moveit::core::robotStateMsgToRobotState(planning_scene->getTransforms(), req.start_state, start);
         if (fixer_.wait_for(std::chrono::duration<double>(parameters_.max_seconds)) != std::future_status::ready)
@@ -111,7 +116,8 @@ private:
         // What the start holds counts, not what the current state does.
         moveit::core::robotStateToRobotStateMsg(start, message.robot_state);
         Positions positions;
-        for (const std::string& name : start.getVariableNames()) positions.emplace_back(name, start.getVariablePosition(name));
+        for (const std::string& name : start.getVariableNames())
+            positions.emplace_back(name, start.getVariablePosition(name));
         FixLimits limits;
         limits.max_displacement = parameters_.max_displacement;
         limits.max_seconds = parameters_.max_seconds;
@@ -123,13 +129,16 @@ private:
                 limits.toward.emplace_back(goal.joint_name, goal.position);
 
         FixedStart fixed = fixer_.get()->fix(message, positions, limits);
-        for (const std::string& note : fixed.notes) RCLCPP_DEBUG(logger_, "%s", note.c_str());
+        for (const std::string& note : fixed.notes)
+            RCLCPP_DEBUG(logger_, "%s", note.c_str());
         if (fixed.was_free) return;
         if (!fixed.fixed) throw std::runtime_error(fixed.summary);
-        for (const auto& [joint, position] : fixed.positions) start.setVariablePosition(joint, position);
+        for (const auto& [joint, position] : fixed.positions)
+            start.setVariablePosition(joint, position);
         start.update();
         // Limits of joint_limits.yaml may be narrower than those of the URDF.
-        if (group && !start.satisfiesBounds(group)) throw std::runtime_error(fixed.summary + ", but is beyond MoveIt's own limits");
+        if (group && !start.satisfiesBounds(group))
+            throw std::runtime_error(fixed.summary + ", but is beyond MoveIt's own limits");
         moveit::core::robotStateToRobotStateMsg(start, req.start_state);
         RCLCPP_WARN(logger_, "%s", fixed.summary.c_str());
         moved_start() = MovedStart{planning_scene.get(), std::move(fixed)};

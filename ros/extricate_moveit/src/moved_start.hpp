@@ -1,6 +1,7 @@
-// What FixStartState leaves for PrependEscape. PlanningPipeline::generatePlan calls the request adapters, the planners and the response
-// adapters one after the other in one thread, with one planning scene (planning_pipeline.cpp, MoveIt 2.12): a variable of the thread is enough.
-// The response adapter gets the request as the request adapters left it, so the start from before is nowhere else.
+// What FixStartState leaves for PrependEscape. PlanningPipeline::generatePlan calls the request adapters, the planners
+// and the response adapters one after the other in one thread, with one planning scene (planning_pipeline.cpp,
+// MoveIt 2.12): a variable of the thread is enough. The response adapter gets the request as the request adapters left
+// it, so the start from before is nowhere else.
 #pragma once
 
 #include <extricate_moveit.hpp>

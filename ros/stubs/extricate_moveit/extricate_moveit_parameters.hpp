@@ -1,5 +1,5 @@
-// What generate_parameter_library (0.5) makes of extricate_moveit_parameters.yaml, written by hand: each parameter is declared with
-// its type, unless it is there already, and read as that type. Validation is left out.
+// What generate_parameter_library (0.5) makes of extricate_moveit_parameters.yaml, written by hand: each parameter is
+// declared with its type, unless it is there already, and read as that type. Validation is left out.
 #pragma once
 #include <rclcpp_stub.hpp>
 

@@ -56,8 +56,8 @@ static double position(const FixedStart& start, const std::string& joint) {
     return 0;
 }
 
-static moveit_msgs::msg::CollisionObject primitive(const std::string& id, const std::string& frame, std::uint8_t type, std::vector<double> sizes,
-                                                   double x, double y, double z) {
+static moveit_msgs::msg::CollisionObject primitive(const std::string& id, const std::string& frame, std::uint8_t type,
+                                                   std::vector<double> sizes, double x, double y, double z) {
     moveit_msgs::msg::CollisionObject object;
     object.id = id;
     object.header.frame_id = frame;
@@ -70,7 +70,8 @@ static moveit_msgs::msg::CollisionObject primitive(const std::string& id, const 
 /// The structs of planning_scene.yaml: a table, and a can that the gripper holds.
 static PlanningScene recorded() {
     PlanningScene scene;
-    scene.world.collision_objects.push_back(primitive("table", "world", SolidPrimitive::BOX, {0.5, 1.0, 0.05}, 0.5, 0, 0.2));
+    scene.world.collision_objects.push_back(
+        primitive("table", "world", SolidPrimitive::BOX, {0.5, 1.0, 0.05}, 0.5, 0, 0.2));
     auto& can = scene.robot_state.attached_collision_objects.emplace_back();
     can.link_name = "gripper";
     can.object = primitive("can", "gripper", SolidPrimitive::CYLINDER, {0.12, 0.03}, 0, 0, 0.15);
@@ -93,7 +94,8 @@ static void structs_and_text(const std::string& folder, const std::string& name)
     const Scene ours = in_world(robot, recorded()), theirs = robot.in_world_text(name, read(folder + "/" + name));
     CHECK(ours.bodies() == theirs.bodies() && ours.pair_count() == theirs.pair_count());
     std::vector<double> rows;
-    for (int k = 0; k < 7 * 20; ++k) rows.push_back(std::sin(k * 1.7) * 1.5);
+    for (int k = 0; k < 7 * 20; ++k)
+        rows.push_back(std::sin(k * 1.7) * 1.5);
     CHECK(ours.distances(rows) == theirs.distances(rows));
 }
 
@@ -126,8 +128,10 @@ static void repairs() {
 
     // Threads share one fixer, and get the same answer.
     std::vector<std::thread> threads;
-    for (int k = 0; k < 4; ++k) threads.emplace_back([&] { CHECK(fixer.fix(message, positions, limits).path == start.path); });
-    for (std::thread& thread : threads) thread.join();
+    for (int k = 0; k < 4; ++k)
+        threads.emplace_back([&] { CHECK(fixer.fix(message, positions, limits).path == start.path); });
+    for (std::thread& thread : threads)
+        thread.join();
 
     // Objects that were announced make no difference.
     StartFixer other(Scene::builtin("shelf-arm"));
@@ -156,7 +160,8 @@ static void changes() {
     worlds.back().world.collision_objects.clear();
     next() = recorded();
     std::vector<double> rows;
-    for (int k = 0; k < 7 * 20; ++k) rows.push_back(std::sin(k * 1.3) * 1.5);
+    for (int k = 0; k < 7 * 20; ++k)
+        rows.push_back(std::sin(k * 1.3) * 1.5);
     WorldParts before;
     Scene last;
     for (const PlanningScene& message : worlds) {
@@ -165,7 +170,8 @@ static void changes() {
         std::vector<std::string> ours = changed.bodies(), theirs = fresh.bodies();
         std::sort(ours.begin(), ours.end());
         std::sort(theirs.begin(), theirs.end());
-        CHECK(ours == theirs && changed.pair_count() == fresh.pair_count() && changed.distances(rows) == fresh.distances(rows));
+        CHECK(ours == theirs && changed.pair_count() == fresh.pair_count() &&
+              changed.distances(rows) == fresh.distances(rows));
         CHECK(changed.check(rows) == fresh.check(rows));
         before = parts;
         last = changed;
@@ -183,7 +189,8 @@ static void digests() {
         CHECK(parts.read(robot, message));
         return seen.insert(parts.digest()).second;
     };
-    CHECK(is_new([](PlanningScene&) {}) && !is_new([](PlanningScene& m) { m.robot_state.joint_state.name = {"joint_1"}; }));
+    CHECK(is_new([](PlanningScene&) {}) &&
+          !is_new([](PlanningScene& m) { m.robot_state.joint_state.name = {"joint_1"}; }));
     CHECK(is_new([](PlanningScene& m) { m.world.collision_objects[0].primitives[0].dimensions[0] += 1e-9; }));
     CHECK(is_new([](PlanningScene& m) { m.world.collision_objects[0].id = "desk"; }));
     CHECK(is_new([](PlanningScene& m) { m.world.collision_objects.clear(); }));
@@ -198,18 +205,22 @@ static void objects() {
     const Scene robot = Scene::builtin("shelf-arm");
     const std::vector<double> q(7, 0.1);
     const auto distance = [&](const PlanningScene& message) { return Solver(in_world(robot, message)).distance(q); };
-    const auto of = [&](const Obstacle& obstacle) { return Solver(robot.without_obstacles().with_obstacles({obstacle})).distance(q); };
+    const auto of = [&](const Obstacle& obstacle) {
+        return Solver(robot.without_obstacles().with_obstacles({obstacle})).distance(q);
+    };
     using extricate::Pose;
     using extricate::Shape;
 
     // Each shape, placed by the pose of its object and its own.
     const double half = std::sqrt(0.5);
     PlanningScene message;
-    message.world.collision_objects.push_back(primitive("x", "world", SolidPrimitive::BOX, {0.1, 0.2, 0.3}, 0.4, 0.1, 0.6));
+    message.world.collision_objects.push_back(
+        primitive("x", "world", SolidPrimitive::BOX, {0.1, 0.2, 0.3}, 0.4, 0.1, 0.6));
     auto& object = message.world.collision_objects[0];
     object.pose.orientation = {0, 0, half, half};
     object.primitive_poses[0].position = {0.1, 0, 0};
-    CHECK(std::abs(distance(message) - of({"x", Shape::box(0.1, 0.2, 0.3), Pose(0.4, 0.2, 0.6, 0, 0, half, half)})) < 1e-9);
+    CHECK(std::abs(distance(message) - of({"x", Shape::box(0.1, 0.2, 0.3), Pose(0.4, 0.2, 0.6, 0, 0, half, half)})) <
+          1e-9);
     object.primitives[0] = {SolidPrimitive::SPHERE, {0.1}};
     CHECK(std::abs(distance(message) - of({"x", Shape::sphere(0.1), Pose(0.4, 0.2, 0.6)})) < 1e-9);
     object.primitives[0] = {SolidPrimitive::CYLINDER, {0.3, 0.1}};
@@ -225,8 +236,10 @@ static void objects() {
     object.primitives.clear();
     object.primitive_poses.clear();
     object.pose = {};
-    object.meshes.push_back({{{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}}, {{0.4, 0, 0.6}, {0.5, 0, 0.6}, {0.4, 0.1, 0.6}, {0.4, 0, 0.7}}});
-    CHECK(std::abs(distance(message) - of({"x", Shape::mesh({0.4, 0, 0.6, 0.5, 0, 0.6, 0.4, 0.1, 0.6, 0.4, 0, 0.7}, {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3})})) < 1e-9);
+    object.meshes.push_back({{{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}},
+                             {{0.4, 0, 0.6}, {0.5, 0, 0.6}, {0.4, 0.1, 0.6}, {0.4, 0, 0.7}}});
+    CHECK(std::abs(distance(message) - of({"x", Shape::mesh({0.4, 0, 0.6, 0.5, 0, 0.6, 0.4, 0.1, 0.6, 0.4, 0, 0.7},
+                                                            {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3})})) < 1e-9);
     object.meshes.clear();
     object.planes.push_back({{0, 0, 2, 0.4}});
     CHECK(std::abs(distance(message) - of({"x", Shape::half_space(0, 0, 1, -0.2)})) < 1e-9);
@@ -241,7 +254,8 @@ static void objects() {
     message.world.collision_objects[0].primitive_poses.emplace_back().position.z = 0.1;
     const std::size_t all = in_world(robot, message).pair_count();
     const std::vector<std::string> bodies = in_world(robot, message).bodies();
-    CHECK(std::count(bodies.begin(), bodies.end(), "two-1") == 1 && std::count(bodies.begin(), bodies.end(), "two-2") == 1);
+    CHECK(std::count(bodies.begin(), bodies.end(), "two-1") == 1 &&
+          std::count(bodies.begin(), bodies.end(), "two-2") == 1);
     message.allowed_collision_matrix.entry_names = {"link_5", "two"};
     message.allowed_collision_matrix.entry_values = {{{false, true}}, {{true, false}}};
     CHECK(in_world(robot, message).pair_count() == all - 2);
@@ -277,20 +291,29 @@ static void objects() {
         change(wrong);
         refused([&] { in_world(robot, wrong); }, text);
     };
-    broken([](PlanningScene& m) { m.world.collision_objects[0].primitives[0].type = 5; }, "collision object \"table\": type: got 5");
-    broken([](PlanningScene& m) { m.world.collision_objects[0].primitives[0].dimensions.pop_back(); }, "dimensions: got 2 numbers, expected 3");
-    broken([](PlanningScene& m) { m.world.collision_objects[0].primitive_poses.resize(3); }, "got 1 primitives and 3 poses");
+    broken([](PlanningScene& m) { m.world.collision_objects[0].primitives[0].type = 5; },
+           "collision object \"table\": type: got 5");
+    broken([](PlanningScene& m) { m.world.collision_objects[0].primitives[0].dimensions.pop_back(); },
+           "dimensions: got 2 numbers, expected 3");
+    broken([](PlanningScene& m) { m.world.collision_objects[0].primitive_poses.resize(3); },
+           "got 1 primitives and 3 poses");
     broken([](PlanningScene& m) { m.world.collision_objects.push_back(m.world.collision_objects[0]); }, "table");
-    broken([](PlanningScene& m) { m.world.collision_objects.push_back(primitive("x", "map", 2, {0.1}, 0, 0, 0)); }, "got the frame \"map\" beside \"world\"");
-    broken([](PlanningScene& m) { m.robot_state.attached_collision_objects[0].object.header.frame_id = "base"; }, "got the frame \"base\" beside \"gripper\"");
+    broken([](PlanningScene& m) { m.world.collision_objects.push_back(primitive("x", "map", 2, {0.1}, 0, 0, 0)); },
+           "got the frame \"map\" beside \"world\"");
+    broken([](PlanningScene& m) { m.robot_state.attached_collision_objects[0].object.header.frame_id = "base"; },
+           "got the frame \"base\" beside \"gripper\"");
     broken([](PlanningScene& m) { m.robot_state.attached_collision_objects[0].link_name = "nowhere"; }, "nowhere");
     broken([](PlanningScene& m) { m.allowed_collision_matrix.entry_values.pop_back(); }, "got 2 names and 1 rows");
-    broken([](PlanningScene& m) { m.allowed_collision_matrix.entry_values[1].enabled.pop_back(); }, "table: got 1 values, expected 2");
-    broken([](PlanningScene& m) { m.allowed_collision_matrix.default_entry_names = {"can"}; }, "got 1 defaults and 0 values");
-    broken([](PlanningScene& m) {
-        m.robot_state.multi_dof_joint_state.joint_names = {"joint_1"};
-        m.robot_state.multi_dof_joint_state.transforms.emplace_back();
-    }, "multi_dof_joint_state: got \"joint_1\"");
+    broken([](PlanningScene& m) { m.allowed_collision_matrix.entry_values[1].enabled.pop_back(); },
+           "table: got 1 values, expected 2");
+    broken([](PlanningScene& m) { m.allowed_collision_matrix.default_entry_names = {"can"}; },
+           "got 1 defaults and 0 values");
+    broken(
+        [](PlanningScene& m) {
+            m.robot_state.multi_dof_joint_state.joint_names = {"joint_1"};
+            m.robot_state.multi_dof_joint_state.transforms.emplace_back();
+        },
+        "multi_dof_joint_state: got \"joint_1\"");
 }
 
 /// Maps that OctoMap wrote, in all forms; cut off anywhere, they are refused.
@@ -306,17 +329,22 @@ static void octomaps(const std::string& text) {
         std::string bytes;
         std::istringstream(line) >> map.id >> map.binary >> bytes;
         map.resolution = 0.05;
-        for (std::size_t k = 0; k < bytes.size(); k += 2) map.data.push_back(static_cast<std::int8_t>(std::stoi(bytes.substr(k, 2), nullptr, 16)));
+        for (std::size_t k = 0; k < bytes.size(); k += 2)
+            map.data.push_back(static_cast<std::int8_t>(std::stoi(bytes.substr(k, 2), nullptr, 16)));
         WorldParts parts;
         CHECK(parts.read(robot, message) && parts.obstacles.size() == 2);
         std::set<std::vector<std::int32_t>> fine;
         const ExtricateShape cells = parts.obstacles[0].raw().shape, leaf = parts.obstacles[1].raw().shape;
-        for (std::size_t k = 0; k < cells.cell_count; ++k) fine.insert({cells.cells[3 * k], cells.cells[3 * k + 1], cells.cells[3 * k + 2]});
+        for (std::size_t k = 0; k < cells.cell_count; ++k)
+            fine.insert({cells.cells[3 * k], cells.cells[3 * k + 1], cells.cells[3 * k + 2]});
         CHECK(cells.cell_count == 32 && fine.size() == 32 && cells.size[0] == 0.05);
         for (std::int32_t y = -4; y < 4; ++y)
-            for (std::int32_t z = 2; z < 6; ++z) CHECK(fine.count({9, y, z}));
-        CHECK(leaf.cell_count == 1 && leaf.size[0] == 0.2 && leaf.cells[0] == -4 && leaf.cells[1] == 2 && leaf.cells[2] == 0);
-        CHECK(parts.obstacles[0].name == "<octomap>-1" && in_world(robot, message).bodies().size() == robot.without_obstacles().bodies().size() + 2);
+            for (std::int32_t z = 2; z < 6; ++z)
+                CHECK(fine.count({9, y, z}));
+        CHECK(leaf.cell_count == 1 && leaf.size[0] == 0.2 && leaf.cells[0] == -4 && leaf.cells[1] == 2 &&
+              leaf.cells[2] == 0);
+        CHECK(parts.obstacles[0].name == "<octomap>-1" &&
+              in_world(robot, message).bodies().size() == robot.without_obstacles().bodies().size() + 2);
         // A matrix may allow contact with the map.
         message.allowed_collision_matrix.default_entry_names = {"<octomap>"};
         message.allowed_collision_matrix.default_entry_values = {true};
@@ -324,7 +352,8 @@ static void octomaps(const std::string& text) {
         const auto whole = map.data;
         for (std::size_t size = 1; size < whole.size(); ++size) {
             map.data.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-            refused([&] { WorldParts().read(robot, message); }, "world.octomap: data: got " + std::to_string(size) + " bytes");
+            refused([&] { WorldParts().read(robot, message); },
+                    "world.octomap: data: got " + std::to_string(size) + " bytes");
         }
         map.data = whole;
         map.data.push_back(0);
@@ -344,8 +373,7 @@ static void descriptions() {
         "<limit lower='0' upper='2' effort='1' velocity='1'/></joint>"
         "<joint name='k' type='prismatic'><parent link='b'/><child link='c'/><axis xyz='0 1 0'/>"
         "<limit lower='0' upper='2' effort='1' velocity='1'/></joint></robot>";
-    const std::string srdf =
-        "<robot name='r'><disable_collisions link1='a' link2='c' reason='Never'/></robot>";
+    const std::string srdf = "<robot name='r'><disable_collisions link1='a' link2='c' reason='Never'/></robot>";
     const PlanningScene world;
     StartFixer strict({urdf, "", "max-displacement", {"/some/\"folder\""}});
     const FixedStart apart = strict.fix(world, {{"j", 0.0}, {"k", 0.0}, {"virtual/x", 1.0}});
@@ -369,7 +397,8 @@ static void descriptions() {
     // Beyond a limit the path leads straight back.
     const FixedStart beyond = allowed.fix(world, {{"j", 2.001}, {"k", 0.0}});
     CHECK(beyond.fixed && position(beyond, "j") == 2.0 && beyond.outside == std::vector<std::string>{"j"});
-    CHECK(beyond.path.size() == 2 && beyond.path[0][0] == 2.001 && beyond.free_from == 1 && std::abs(beyond.max_displacement - 1e-3) < 1e-6);
+    CHECK(beyond.path.size() == 2 && beyond.path[0][0] == 2.001 && beyond.free_from == 1 &&
+          std::abs(beyond.max_displacement - 1e-3) < 1e-6);
     FixLimits limits;
     limits.max_displacement = 5e-4;
     CHECK(!allowed.fix(world, {{"j", 2.001}, {"k", 0.0}}, limits).fixed);
@@ -383,7 +412,8 @@ static void descriptions() {
 /// A block that touches one side of a slot too narrow for the clearance that is aimed at: it stays in the slot.
 static void narrow_places() {
     const std::string urdf =
-        "<robot name='r'><link name='rail'/><link name='block'><collision><geometry><box size='0.1 0.1 0.1'/></geometry></collision></link>"
+        "<robot name='r'><link name='rail'/><link name='block'><collision><geometry><box size='0.1 0.1 "
+        "0.1'/></geometry></collision></link>"
         "<joint name='x' type='prismatic'><parent link='rail'/><child link='block'/><axis xyz='1 0 0'/>"
         "<limit lower='-2' upper='2' effort='1' velocity='1'/></joint></robot>";
     PlanningScene slot, wall;
