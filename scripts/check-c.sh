@@ -54,14 +54,36 @@ python3 -c 'import json, sys; [print(*map(repr, json.loads(line)["q"])) for line
 ${CXX:-c++} -std=c++17 $warnings $sanitized $eigen "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface"
 "$work/interface" "$scene" "$work/q.txt" "$work" >"$work/answers.txt"
 "$program" query "$scene" --input "$work/q.jsonl" --json >"$work/answers.jsonl"
-python3 - "$work/answers.txt" "$work/answers.jsonl" <<'PY'
-import json, sys
-ours = [[float.fromhex(x) for x in line.split()] for line in open(sys.argv[1])]
-rows = [json.loads(line) for line in open(sys.argv[2])]
-theirs = [[row["depth"], row["lower_bound"], *row["witness"]] for row in rows if "depth" in row]
-assert len(ours) == 12 and ours == theirs, (ours, theirs)
-print(f"{len(ours)} answers, equal to those of `query --json` in every bit")
+"$program" escape "$scene" --input "$work/q.jsonl" --json >"$work/escapes.jsonl" || [ $? = 1 ]
+row() { sed -n "$1p" "$work/q.txt" | tr ' ' ','; }
+"$program" plan "$scene" --from="$(row 2)" --to="$(row 6)" --max-checks 20000 --json >"$work/plan.json" || [ $? = 1 ]
+"$program" repair "$scene" --path <(head -n 3 "$work/q.txt") --json >"$work/repair.json" || [ $? = 1 ]
+python3 - "$work" <<'PY'
+import itertools, json, pathlib, sys
+folder = pathlib.Path(sys.argv[1])
+ours = [[float.fromhex(x) for x in line.split()] for line in open(folder / "answers.txt")]
+def rows(name):
+    return [json.loads(line) for line in open(folder / name)]
+theirs = [[row["depth"], row["lower_bound"], *row["witness"]] for row in rows("answers.jsonl") if "depth" in row]
+paths = [list(itertools.chain(*row["points"])) for row in rows("escapes.jsonl") + rows("plan.json") + rows("repair.json")]
+assert len(theirs) == 12 and ours[:12] == theirs, (ours[:12], theirs)
+assert len(paths) == 14 and ours[12:] == paths, (ours[12:], paths)
+print(f"{len(theirs)} answers and {len(paths)} paths ({sum(map(bool, paths))} found), equal to those of the program in every bit")
 PY
+if echo '#include <Eigen/Core>' | ${CXX:-c++} $eigen -std=c++17 -x c++ -fsyntax-only - 2>/dev/null; then
+    for layout in 0 1 2 3 4; do
+        # shellcheck disable=SC2086
+        if ${CXX:-c++} -std=c++17 $eigen -DLAYOUT=$layout "$crate/tests/cpp/layouts.cpp" $flags -fsyntax-only 2>"$work/layout.txt"; then
+            [ "$layout" = 0 ] || { echo "layout $layout compiles, and would be read as other numbers"; exit 1; }
+        else
+            [ "$layout" != 0 ] && grep -q "static assertion.*extricate: " "$work/layout.txt" || { cat "$work/layout.txt"; exit 1; }
+        fi
+    done
+    echo "matrices and vectors of Eigen that lie apart in memory do not compile"
+else
+    echo "Eigen is not there: its layouts were not tried"
+    [ -z "${CI:-}" ]
+fi
 if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
     # shellcheck disable=SC2086
     ${CXX:-c++} -std=c++17 -O1 -g "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface_plain"
@@ -88,6 +110,10 @@ if command -v cmake >/dev/null; then
     cmake --build "$work/examples" --parallel 2 >>"$work/cmake.log" || { tail -n 40 "$work/cmake.log"; exit 1; }
     "$work/examples/first_query_c"
     "$work/examples/first_query_cpp"
+    "$work/examples/servo_guard" "$scene" 200
+    "$work/examples/check_path"
+    sed -n '1,3p' "$work/q.txt" >"$work/path.txt"
+    "$work/examples/check_path" "$scene" "$work/path.txt" >/dev/null
     if [ -x "$work/examples/ompl_start_repair" ]; then
         "$work/examples/ompl_start_repair"
     else

@@ -86,10 +86,10 @@ public:
     }
     /// Moves a state to the nearest free one.
     bool repair(ob::State* state) {
-        const extricate::Answer answer = solver_.query(values(state, solver_));
+        const std::optional<extricate::Answer> answer = solver_.query(values(state, solver_));
         if (!answer) return false;
         double* numbers = state->as<ob::RealVectorStateSpace::StateType>()->values;
-        std::copy(answer.witness().begin(), answer.witness().end(), numbers);
+        std::copy(answer->witness().begin(), answer->witness().end(), numbers);
         return true;
     }
 

@@ -44,7 +44,7 @@
 #define EXTRICATE_INTERNAL 7
 
 // Version of this interface. It increases if programs have to be recompiled.
-#define EXTRICATE_ABI 1
+#define EXTRICATE_ABI 2
 
 // Effort: the nearest stored sample of a model; without a model, the first exit that is found.
 #define EXTRICATE_NEAREST 0
@@ -104,6 +104,19 @@
 // only.
 #define EXTRICATE_HALF_SPACE 7
 
+// Shape: ground whose heights are given on a grid, with cells of side `size[0]` [m]; for
+// obstacles only. `heights` are its rows along x, one after the other [m], of `columns` each.
+#define EXTRICATE_HEIGHT_FIELD 8
+
+// Samples: free and colliding ones.
+#define EXTRICATE_ANY 0
+
+// Samples: free ones alone.
+#define EXTRICATE_FREE 1
+
+// Samples: colliding ones alone.
+#define EXTRICATE_COLLIDING 2
+
 // Escape: no step found a path.
 #define EXTRICATE_ESCAPE_NONE 0
 
@@ -134,19 +147,45 @@
 // Plan: the free part goes through the roadmap.
 #define EXTRICATE_PLAN_ROADMAP 3
 
+// A release keeps the contacts of the links that touched.
+#define EXTRICATE_KEEP_CONTACTS 0
+
+// A release keeps the pose alone: the nearest free configuration, whatever it touches.
+#define EXTRICATE_KEEP_POSE 1
+
 // The answer to a query. It never changes, and pointers into it stay valid until it is freed.
 typedef struct ExtricateAnswer ExtricateAnswer;
 
+// Contacts of bodies that are near each other. They never change, and pointers to them stay valid
+// until they are freed.
+typedef struct ExtricateContacts ExtricateContacts;
+
 // A path out of collision. It never changes, and pointers into it stay valid until it is freed.
 typedef struct ExtricateEscape ExtricateEscape;
+
+// A configuration of a hand that holds an object and penetrates nothing. It never changes, and
+// pointers into it stay valid until it is freed.
+typedef struct ExtricateGrasp ExtricateGrasp;
+
+// A hand that can hold one obstacle of a scene. It never changes.
+typedef struct ExtricateHand ExtricateHand;
+
+// The triangles of a body. It never changes, and pointers into it stay valid until it is freed.
+typedef struct ExtricateMesh ExtricateMesh;
 
 // A path between two configurations. It never changes, and pointers into it stay valid until it is
 // freed.
 typedef struct ExtricatePlan ExtricatePlan;
 
+// Positions by joint. They never change, and pointers to them stay valid until they are freed.
+typedef struct ExtricatePositions ExtricatePositions;
+
 // A free path in place of one that collides. It never changes, and pointers into it stay valid
 // until it is freed.
 typedef struct ExtricateRepaired ExtricateRepaired;
+
+// Free configurations and proved edges between them, which plans add to and reuse.
+typedef struct ExtricateRoadmap ExtricateRoadmap;
 
 // A scene, perhaps with a model that was learned from it or from a similar scene. It never
 // changes.
@@ -170,6 +209,26 @@ typedef struct ExtricatePair {
     size_t second;
 } ExtricatePair;
 
+// A limit of what files may hold.
+typedef struct ExtricateLoadLimit {
+    // Name of the limit, such as "triangles"; docs/reference/limits.md lists them.
+    const char *name;
+    // The most that files may hold.
+    size_t most;
+} ExtricateLoadLimit;
+
+// How files are loaded. Members that are null and 0 stand for the defaults.
+typedef struct ExtricateLoadOptions {
+    // Folders in which `package://NAME/...` is looked up first; null for none.
+    const char *const *packages;
+    // Number of `packages`.
+    size_t package_count;
+    // Limits in place of the default ones; null for none.
+    const struct ExtricateLoadLimit *limits;
+    // Number of `limits`.
+    size_t limit_count;
+} ExtricateLoadOptions;
+
 // A text that replaces a file that a scene names.
 typedef struct ExtricateText {
     // The path, as the scene spells it.
@@ -177,6 +236,21 @@ typedef struct ExtricateText {
     // The content of the file.
     const char *text;
 } ExtricateText;
+
+// The state of a learning run.
+typedef struct ExtricateProgress {
+    // The current step: "exploring", "training", "tracing the boundary", "solving" or "measuring".
+    // It lives as long as the call of the function that gets it.
+    const char *stage;
+    // Share of the budget spent, 0 to 1.
+    double fraction;
+    // Labels (exact checks) spent.
+    size_t labels;
+    // Boundary samples found.
+    size_t boundary_samples;
+    // Held-out balanced accuracy of the last classifier; nan before the first.
+    double accuracy;
+} ExtricateProgress;
 
 // The pose of a body.
 typedef struct ExtricatePose {
@@ -208,6 +282,12 @@ typedef struct ExtricateShape {
     size_t cell_count;
     // Whether to use the convex hull of a mesh: 0 or 1.
     uint32_t convex;
+    // Heights of a height field, row by row [m].
+    const double *heights;
+    // Number of `heights`.
+    size_t height_count;
+    // Number of heights of a row.
+    size_t columns;
 } ExtricateShape;
 
 // An obstacle, or an object that a link holds.
@@ -219,6 +299,17 @@ typedef struct ExtricateObstacle {
     // Its pose in the world; for an object that a link holds, in the coordinates of the link.
     struct ExtricatePose pose;
 } ExtricateObstacle;
+
+// The weights of a joint in the joint metric.
+typedef struct ExtricateWeight {
+    // Name of the joint.
+    const char *joint;
+    // Weight of squared displacements.
+    double translation;
+    // Weight of squared rotations of a floating or planar base; that of its other coordinates is
+    // `translation`. For other joints both are the same number.
+    double rotation;
+} ExtricateWeight;
 
 // Options of a query. extricate_options_init() fills in the defaults; then set the members that
 // differ. In a member that is 0 or 1, any other number counts as 1.
@@ -257,6 +348,16 @@ typedef struct ExtricateOptions {
     const char *const *locked;
     // Number of `locked` joints.
     size_t locked_count;
+    // The names of the joints that may move, in place of `locked`: all others keep their positions
+    // in the query; null by default, for all.
+    const char *const *free;
+    // Number of `free` joints.
+    size_t free_count;
+    // Weights of joints, in place of those of the scene; null by default, for none. They prepare
+    // the scene anew, and a model is not used with them.
+    const struct ExtricateWeight *weights;
+    // Number of `weights`.
+    size_t weight_count;
     // The goal, a configuration: among exits about as near as the nearest, the one nearest to the
     // goal becomes the witness; null by default, for none.
     const double *toward;
@@ -293,6 +394,9 @@ typedef struct ExtricateSummary {
     double segment_colliding_until;
     // Fraction from which on the straight segment is proved free; nan if not requested.
     double segment_free_from;
+    // Depth of the nearest exit, if the witness is the proxy of a continuous stream, which may be
+    // farther; nan if it is not.
+    double nearest;
     // Collision checks and distance evaluations spent.
     uint64_t checks;
     // EXTRICATE_IS_PROVED, or the reason why no lower bound is proved.
@@ -307,6 +411,9 @@ typedef struct ExtricateSummary {
     bool unique;
     // Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     bool cut_short;
+    // Whether the witness is the proxy of a continuous stream that goes back to the nearest exit
+    // along a path that was proved free.
+    bool detour;
 } ExtricateSummary;
 
 // A contact of two bodies at a witness, in world coordinates.
@@ -347,6 +454,18 @@ typedef struct ExtricateSegment {
     // free.
     struct ExtricatePair pair;
 } ExtricateSegment;
+
+// Options of a stream. extricate_stream_options_init() fills in the defaults.
+typedef struct ExtricateStreamOptions {
+    // The stream keeps the exit of the last frame until another is nearer by more than this share
+    // of its depth: 0 or more and less than 1; 0 by default, which always uses the nearest.
+    double hysteresis;
+    // Number of other starts that each frame tries; 2 by default.
+    size_t starts_per_frame;
+    // Whether the witness is a proxy that never jumps: from frame to frame it only moves where
+    // every configuration on its way is proved free: 0 or 1; 0 by default.
+    uint32_t continuous;
+} ExtricateStreamOptions;
 
 // Options of extricate_escape(). extricate_escape_options_init() fills in the defaults; then set
 // the members that differ.
@@ -508,6 +627,73 @@ typedef struct ExtricateRepairedSummary {
     uint64_t checks;
 } ExtricateRepairedSummary;
 
+// Options of extricate_release(). extricate_release_options_init() fills in the defaults; then set
+// the members that differ.
+typedef struct ExtricateReleaseOptions {
+    // What the release keeps: EXTRICATE_KEEP_CONTACTS by default, or EXTRICATE_KEEP_POSE.
+    uint32_t keep;
+    // Distance beyond the clearance up to which a link touches the object: 0 to 1e9 [m]; 2e-3 by
+    // default.
+    double touch;
+    // Coefficient of friction, for the quality of the grasp: 0 to 1e9; 0.8 by default, 0 leaves
+    // the quality unmeasured.
+    double friction;
+    // Configuration with open fingers, from which each finger closes on its side of the object;
+    // null by default, which means every joint at 0, or at the limit nearest to 0.
+    const double *open;
+    // Number of coordinates of `open`: that of a configuration.
+    size_t open_count;
+    // Clearance to aim at: 0 to 1e9 [m]; nan by default, which means that of the scene.
+    double clearance;
+    // The names of joints that keep their positions; null by default, for none.
+    const char *const *locked;
+    // Number of `locked` joints.
+    size_t locked_count;
+    // Most checks to spend; SIZE_MAX by default, for no limit.
+    size_t max_checks;
+    // Most seconds to spend: more than 0; infinity by default, for no limit.
+    double max_seconds;
+    // Function that ends the call early if it returns true, as in ExtricateOptions; null by
+    // default, for none.
+    bool (*stop)(void*);
+    // Argument that the call passes to `stop`.
+    void *stop_data;
+} ExtricateReleaseOptions;
+
+// The numbers of a grasp.
+typedef struct ExtricateGraspSummary {
+    // Distance from the query, in the scene's metric.
+    double moved;
+    // Whether the exact checker called it free during this call.
+    bool verified;
+    // Whether every kept contact is on its side of the object.
+    bool kept_sides;
+    // Number of fingers that touched at the query.
+    size_t fingers_before;
+    // Number of those fingers that still touch.
+    size_t fingers_kept;
+    // Greatest depth of a link in the object at the query [m]; 0 if none was in it.
+    double depth_before;
+    // Largest wrench that the contacts resist in every direction; nan if it was not measured.
+    double epsilon;
+    // Whether the contacts resist every wrench; false if it was not measured.
+    bool force_closure;
+    // Number of exact checks and contact evaluations.
+    uint64_t checks;
+} ExtricateGraspSummary;
+
+// A contact of a link with the object that a hand holds.
+typedef struct ExtricateGraspContact {
+    // Name of the link, which lives as long as the grasp.
+    const char *link;
+    // Signed distance [m].
+    double distance;
+    // Point on the object, in the world [m].
+    double point[3];
+    // Unit vector into the object.
+    double normal[3];
+} ExtricateGraspContact;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -557,14 +743,40 @@ ExtricateStatus extricate_scene_limits(const struct ExtricateScene *scene,
                                        double *upper,
                                        size_t nq);
 
-// Writes the configuration in which the named joints have these positions, one number each [rad
-// or m]. Locked, mimic and fixed joints may be among them, because robots report them too.
+// Writes the configuration in which the named joints have these positions [rad or m], which
+// follow one another. `sizes` holds the number of coordinates of each joint; null means one each.
+// Locked, mimic and fixed joints may be among them, because robots report them too.
 ExtricateStatus extricate_scene_config(const struct ExtricateScene *scene,
                                        const char *const *names,
-                                       const double *positions,
+                                       const size_t *sizes,
                                        size_t count,
+                                       const double *positions,
+                                       size_t position_count,
                                        double *q,
                                        size_t nq);
+
+// Makes the positions by joint at `q`, the inverse of extricate_scene_config(): mimic and locked
+// joints are among them, fixed ones are not. `q` may be beyond the limits.
+ExtricateStatus extricate_scene_positions(const struct ExtricateScene *scene,
+                                          const double *q,
+                                          size_t nq,
+                                          struct ExtricatePositions **positions);
+
+// Returns the number of joints that have positions; 0 if `positions` is null.
+size_t extricate_positions_size(const struct ExtricatePositions *positions);
+
+// Returns the name of a joint that has positions, which lives as long as `positions`; null if
+// there is no such joint.
+const char *extricate_positions_name(const struct ExtricatePositions *positions, size_t index);
+
+// Returns the number of coordinates of a joint, and points `values` to its positions [rad or m];
+// 0 if there is no such joint.
+size_t extricate_positions_values(const struct ExtricatePositions *positions,
+                                  size_t index,
+                                  const double **values);
+
+// Frees positions.
+void extricate_positions_free(struct ExtricatePositions *positions);
 
 // Writes the configuration in a text that holds a ROS message: a JointState, alone or in a
 // RobotState, a PlanningScene or a planning request. The ending of `name` sets the format, .yaml
@@ -600,6 +812,15 @@ uint32_t extricate_scene_metric(const struct ExtricateScene *scene);
 // queries.
 bool extricate_scene_is_learned(const struct ExtricateScene *scene);
 
+// Returns how the model was learned and its measured quality, as JSON, which lives as long as the
+// scene; null if the scene has no model. docs/reference/statistics.md describes the keys.
+const char *extricate_scene_statistics(const struct ExtricateScene *scene);
+
+// Returns the number of stored samples of the model, free configurations beside the boundary, and
+// points `samples` to the first number of the first one; they have `nq` numbers each and follow one
+// another. 0 if the scene has no model.
+size_t extricate_scene_samples(const struct ExtricateScene *scene, const double **samples);
+
 // Returns the number of warnings about the scene, such as open meshes, defaults that were assumed,
 // and ignored content of a message of MoveIt; 0 if `scene` is null.
 size_t extricate_scene_warning_count(const struct ExtricateScene *scene);
@@ -608,8 +829,10 @@ size_t extricate_scene_warning_count(const struct ExtricateScene *scene);
 const char *extricate_scene_warning(const struct ExtricateScene *scene, size_t index);
 
 // Loads a scene file (TOML), a URDF as a scene of that robot alone, or a model file as the learned
-// scene with its model.
-ExtricateStatus extricate_load(const char *path, struct ExtricateScene **scene);
+// scene with its model. Null options mean the defaults; they do not apply to a model.
+ExtricateStatus extricate_load(const char *path,
+                               const struct ExtricateLoadOptions *options,
+                               struct ExtricateScene **scene);
 
 // Makes a scene from the text of a scene file (TOML) or of a URDF, without a file.
 //
@@ -631,11 +854,17 @@ ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene 
 // `labels` is the number of exact checks to spend, 0 for the default. `seconds` limits the time;
 // it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
 // depends only on scene, labels and seed, unless the time limit ended learning.
+//
+// `progress` is null, or a function that is called after each step with the state of the run and
+// with `progress_data`, on any thread; if it returns false, the run ends and keeps what it has
+// learned. It must not throw.
 ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
                                 size_t labels,
                                 double seconds,
                                 uint64_t seed,
                                 size_t threads,
+                                bool (*progress)(const struct ExtricateProgress*, void*),
+                                void *progress_data,
                                 struct ExtricateScene **model);
 
 // Writes a learned model to a file; extricate_load() reads it.
@@ -689,9 +918,11 @@ ExtricateStatus extricate_scene_attached(const struct ExtricateScene *scene,
                                          struct ExtricateScene **changed);
 
 // Puts the robots of the scene into the world of a file: a scene file (TOML) without a robot,
-// MoveIt's .scene text, or a PlanningScene message as .yaml or .json.
+// MoveIt's .scene text, or a PlanningScene message as .yaml or .json. Null options mean the
+// defaults.
 ExtricateStatus extricate_scene_in_world(const struct ExtricateScene *scene,
                                          const char *path,
+                                         const struct ExtricateLoadOptions *options,
                                          struct ExtricateScene **changed);
 
 // Puts the robots of the scene into the world of a text, as extricate_scene_in_world() does for a
@@ -817,6 +1048,56 @@ ExtricateStatus extricate_metric_distance(const struct ExtricateScene *scene,
                                           size_t nq,
                                           double *distance);
 
+// Writes the pairs of bodies that collide at a configuration within the limits, and their number
+// to `count`. `pair_count` must be the number that extricate_scene_pair_count() returns, since all
+// pairs may collide.
+ExtricateStatus extricate_colliding_pairs(const struct ExtricateSolver *solver,
+                                          const double *q,
+                                          size_t nq,
+                                          struct ExtricatePair *pairs,
+                                          size_t pair_count,
+                                          size_t *count);
+
+// Writes the pairs of bodies that collide in at least the share `share` of `samples` random
+// configurations, and their number to `count`. Most likely they are links that overlap by design:
+// extricate_scene_disabled() takes them off. A share of 1 and 100 samples are usual. `pair_count`
+// must be the number that extricate_scene_pair_count() returns.
+ExtricateStatus extricate_always_colliding(const struct ExtricateScene *scene,
+                                           size_t samples,
+                                           uint64_t seed,
+                                           double share,
+                                           struct ExtricatePair *pairs,
+                                           size_t pair_count,
+                                           size_t *count);
+
+// Makes the contacts of all bodies that are nearer to each other than `within` [m] at a
+// configuration within the limits, free or not, in the order of their pairs. A pair of convex
+// shapes has one contact, which is exact. Meshes have several, and the nearest is exact; if meshes
+// overlap, all are estimates.
+ExtricateStatus extricate_contacts(const struct ExtricateSolver *solver,
+                                   const double *q,
+                                   size_t nq,
+                                   double within,
+                                   struct ExtricateContacts **contacts);
+
+// Returns the number of contacts, and points `list` to them.
+size_t extricate_contacts_list(const struct ExtricateContacts *contacts,
+                               const struct ExtricateContact **list);
+
+// Frees contacts.
+void extricate_contacts_free(struct ExtricateContacts *contacts);
+
+// Draws `count` uniformly random configurations within the limits, `nq` numbers each: with
+// EXTRICATE_FREE or EXTRICATE_COLLIDING those of that kind alone, with EXTRICATE_ANY all. They
+// depend on the scene and `seed` alone. All cores check them. If a million in a row are of the other kind, the call
+// fails with EXTRICATE_INPUT.
+ExtricateStatus extricate_sample(const struct ExtricateScene *scene,
+                                 uint32_t kind,
+                                 size_t count,
+                                 uint64_t seed,
+                                 double *q,
+                                 size_t nq);
+
 // Finds the nearest free configurations to `count` queries, which follow one another in `q`, `nq`
 // numbers each. Writes `count` witnesses and `count` summaries, in the same order. If nothing free
 // was found for a query, `found` of its summary is false and its witness is nan. Each answer
@@ -850,17 +1131,28 @@ ExtricateStatus extricate_distance_batch(const struct ExtricateScene *scene,
                                          size_t threads,
                                          double *distances);
 
+// Checks whether whole segments are free, as extricate_check_segment() does for one: from each of
+// `count` configurations in `from` to the same one in `to`, `nq` numbers each. `threads` is 0 for
+// one per core.
+ExtricateStatus extricate_check_segment_batch(const struct ExtricateScene *scene,
+                                              const double *from,
+                                              const double *to,
+                                              size_t count,
+                                              size_t nq,
+                                              double resolution,
+                                              size_t threads,
+                                              struct ExtricateSegment *segments);
+
+// Fills in the default options of streams.
+ExtricateStatus extricate_stream_options_init(struct ExtricateStreamOptions *options);
+
 // Makes a stream, which answers queries that are near each other, such as the frames of one
 // motion. Each query starts from the exit of the one before. The stream keeps the scene; one
 // thread at a time may use it.
-//
-// The stream keeps the exit of the last frame until another is nearer by more than the share
-// `hysteresis` of its depth, in [0, 1); with 0 it always uses the nearest. Each frame tries
-// `starts_per_frame` other starts; 2 are usual.
+// Null options mean the defaults.
 ExtricateStatus extricate_stream_new(const struct ExtricateScene *scene,
                                      const struct ExtricateOptions *options,
-                                     double hysteresis,
-                                     size_t starts_per_frame,
+                                     const struct ExtricateStreamOptions *stream_options,
                                      struct ExtricateStream **stream);
 
 // Answers the next frame; otherwise as extricate_query().
@@ -917,11 +1209,15 @@ ExtricateStatus extricate_plan_options_init(struct ExtricatePlanOptions *options
 // Finds a path from `start` to `goal`, with every edge proved; null options mean the defaults.
 // Both must be within the limits. An end that collides is led out of collision first, as
 // extricate_escape() does, toward the other end. If no path is found, `plan` has no points.
+//
+// `roadmap` is null, or a roadmap of earlier calls, which the plan extends, so that plans of one
+// scene that share it become cheaper. No other thread may use the roadmap during the call.
 ExtricateStatus extricate_plan(const struct ExtricateSolver *solver,
                                const double *start,
                                const double *goal,
                                size_t nq,
                                const struct ExtricatePlanOptions *options,
+                               struct ExtricateRoadmap *roadmap,
                                struct ExtricatePlan **plan);
 
 // Returns the numbers of a plan; null if `plan` is null.
@@ -969,6 +1265,128 @@ size_t extricate_repaired_places(const struct ExtricateRepaired *repaired, const
 
 // Frees a repaired path.
 void extricate_repaired_free(struct ExtricateRepaired *repaired);
+
+// Makes an empty roadmap: free configurations and proved edges between them, which
+// extricate_plan() adds to and reuses. One thread at a time may use it.
+//
+// In another scene with the same coordinates a roadmap is a guess that saves checks: every path
+// that is returned is proved in the scene of the plan.
+ExtricateStatus extricate_roadmap_new(const struct ExtricateScene *scene,
+                                      uint64_t seed,
+                                      struct ExtricateRoadmap **roadmap);
+
+// Reads a roadmap file for a scene.
+ExtricateStatus extricate_roadmap_load(const char *path,
+                                       const struct ExtricateScene *scene,
+                                       struct ExtricateRoadmap **roadmap);
+
+// Writes a roadmap file. A reader sees the old file or the whole new one. It replaces no file that
+// is not a roadmap.
+ExtricateStatus extricate_roadmap_save(const struct ExtricateRoadmap *roadmap, const char *path);
+
+// Returns the number of configurations of a roadmap; 0 if `roadmap` is null.
+size_t extricate_roadmap_size(const struct ExtricateRoadmap *roadmap);
+
+// Returns the number of proved edges of a roadmap; 0 if `roadmap` is null.
+size_t extricate_roadmap_edges(const struct ExtricateRoadmap *roadmap);
+
+// Returns the number of configurations that were evaluated to make a roadmap; 0 if `roadmap` is
+// null.
+size_t extricate_roadmap_checks(const struct ExtricateRoadmap *roadmap);
+
+// Frees a roadmap.
+void extricate_roadmap_free(struct ExtricateRoadmap *roadmap);
+
+// Fills in the default options of releases.
+ExtricateStatus extricate_release_options_init(struct ExtricateReleaseOptions *options);
+
+// Makes the hand of a scene that holds the obstacle `object`: it finds the fingers, and prepares
+// what releases need. It keeps the scene, but no model; any number of threads may use it.
+//
+// If `scene_weights` is false, the base of a floating hand gets weights that make a displacement
+// of it as dear as one of the fingers; otherwise the weights of the scene apply.
+ExtricateStatus extricate_hand_new(const struct ExtricateScene *scene,
+                                   const char *object,
+                                   bool scene_weights,
+                                   struct ExtricateHand **hand);
+
+// Frees a hand; its grasps stay valid.
+void extricate_hand_free(struct ExtricateHand *hand);
+
+// Finds the nearest configuration at which no finger penetrates the object and the hand still
+// holds it; null options mean the defaults. `q` may be beyond the limits. If nothing free was
+// found, it returns EXTRICATE_NOTHING_FREE.
+ExtricateStatus extricate_release(const struct ExtricateHand *hand,
+                                  const double *q,
+                                  size_t nq,
+                                  const struct ExtricateReleaseOptions *options,
+                                  struct ExtricateGrasp **grasp);
+
+// Returns the numbers of a grasp; null if `grasp` is null.
+const struct ExtricateGraspSummary *extricate_grasp_summary(const struct ExtricateGrasp *grasp);
+
+// Returns the configuration of a grasp, with as many numbers as the query; null if `grasp` is
+// null.
+const double *extricate_grasp_config(const struct ExtricateGrasp *grasp);
+
+// Returns the number of contacts with the object, and points `contacts` to them.
+size_t extricate_grasp_contacts(const struct ExtricateGrasp *grasp,
+                                const struct ExtricateGraspContact **contacts);
+
+// Returns the name of a link that touched the object at the query, or was in it; null if there are
+// not so many.
+const char *extricate_grasp_touched(const struct ExtricateGrasp *grasp, size_t index);
+
+// Returns the name of one of those links that still touches it; null if there are not so many.
+const char *extricate_grasp_kept(const struct ExtricateGrasp *grasp, size_t index);
+
+// Frees a grasp; null is ignored.
+void extricate_grasp_free(struct ExtricateGrasp *grasp);
+
+// Computes where bodies are in the world at `count` configurations, which follow one another in
+// `q`, `nq` numbers each. `names` are those of bodies or of links, which need no geometry; null
+// means all bodies. Writes a transform for each configuration and name: the 16 numbers of a 4 by 4
+// matrix, row by row, from a body's own coordinates [m] to those of the world. A link has the
+// coordinates of its URDF; an obstacle or an attached object has those of its shape.
+// `transform_count` must be the number of transforms: `count` times the number of names or bodies.
+ExtricateStatus extricate_scene_poses(const struct ExtricateScene *scene,
+                                      const char *const *names,
+                                      size_t name_count,
+                                      const double *q,
+                                      size_t count,
+                                      size_t nq,
+                                      double *transforms,
+                                      size_t transform_count);
+
+// Makes the triangles of a body, to draw it at its place by extricate_scene_poses(). Round shapes
+// are inscribed and get `segments` sides around their axis, 3 or more; 32 are usual. A half-space
+// becomes a square of 10 m.
+ExtricateStatus extricate_scene_mesh(const struct ExtricateScene *scene,
+                                     size_t body,
+                                     size_t segments,
+                                     struct ExtricateMesh **mesh);
+
+// Returns the number of corners of a mesh, and points `points` to their coordinates [m], three
+// numbers each.
+size_t extricate_mesh_points(const struct ExtricateMesh *mesh, const double **points);
+
+// Returns the number of triangles of a mesh, and points `triangles` to the indices of their
+// corners, three each, counterclockwise from outside.
+size_t extricate_mesh_triangles(const struct ExtricateMesh *mesh, const uint32_t **triangles);
+
+// Frees a mesh.
+void extricate_mesh_free(struct ExtricateMesh *mesh);
+
+// Finds the points that are not the robot's own: at `q`, no link is nearer to them than `padding`
+// [m]. `points` holds three numbers for each, in the world. Writes `point_count` flags, true for
+// the points to keep. Obstacles do not count.
+ExtricateStatus extricate_scene_robot_filter(const struct ExtricateScene *scene,
+                                             const double *points,
+                                             size_t point_count,
+                                             const double *q,
+                                             size_t nq,
+                                             double padding,
+                                             bool *keep);
 
 #ifdef __cplusplus
 }  // extern "C"

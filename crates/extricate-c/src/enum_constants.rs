@@ -1,15 +1,16 @@
 //! Maps enums of the library to the constants that the header has for them.
 
-use extricate::{Effort, EscapeMethod, MetricKind, PlanMethod, Unproved};
+use extricate::{Effort, EscapeMethod, Keep, Label, MetricKind, PlanMethod, Unproved};
 
+use crate::abi::grasp_types::{EXTRICATE_KEEP_CONTACTS, EXTRICATE_KEEP_POSE};
 use crate::abi::motion_types::{
     EXTRICATE_ESCAPE_EXIT, EXTRICATE_ESCAPE_FREE, EXTRICATE_ESCAPE_GROWN, EXTRICATE_ESCAPE_NEAREST,
     EXTRICATE_ESCAPE_PUSHED, EXTRICATE_PLAN_ROADMAP, EXTRICATE_PLAN_STRAIGHT, EXTRICATE_PLAN_TREES,
 };
 use crate::abi::types::{
-    EXTRICATE_EXHAUSTIVE, EXTRICATE_METRIC_JOINT, EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM,
-    EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_QUICK, EXTRICATE_REFINED, EXTRICATE_UNPROVED_SHALLOW,
-    EXTRICATE_UNPROVED_SURFACES,
+    EXTRICATE_ANY, EXTRICATE_COLLIDING, EXTRICATE_EXHAUSTIVE, EXTRICATE_FREE, EXTRICATE_METRIC_JOINT,
+    EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM, EXTRICATE_NEAREST, EXTRICATE_PROVED,
+    EXTRICATE_QUICK, EXTRICATE_REFINED, EXTRICATE_UNPROVED_SHALLOW, EXTRICATE_UNPROVED_SURFACES,
 };
 
 pub const EFFORTS: &[(Effort, u32)] = &[
@@ -43,6 +44,12 @@ pub const PLAN_METHODS: &[(PlanMethod, u32)] = &[
     (PlanMethod::Roadmap, EXTRICATE_PLAN_ROADMAP),
 ];
 
+pub const KEEPS: &[(Keep, u32)] = &[(Keep::Contacts, EXTRICATE_KEEP_CONTACTS), (Keep::Pose, EXTRICATE_KEEP_POSE)];
+
+/// What a sample may be; `None` is both.
+pub const LABELS: &[(Option<Label>, u32)] =
+    &[(None, EXTRICATE_ANY), (Some(Label::Free), EXTRICATE_FREE), (Some(Label::Colliding), EXTRICATE_COLLIDING)];
+
 /// Returns the number of a choice. A test checks that every choice is in its table.
 pub fn number<T: PartialEq>(table: &[(T, u32)], choice: T) -> u32 {
     table.iter().find(|(known, _)| *known == choice).map_or(u32::MAX, |(_, number)| *number)
@@ -68,6 +75,7 @@ mod tests {
         check(UNPROVED, Unproved::ALL);
         check(ESCAPE_METHODS, EscapeMethod::ALL);
         check(PLAN_METHODS, PlanMethod::ALL);
+        check(KEEPS, Keep::ALL);
         assert_eq!(choice(EFFORTS, 99), None);
     }
 }

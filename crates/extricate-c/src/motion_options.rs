@@ -2,10 +2,12 @@
 
 #![allow(unsafe_code)]
 
-use extricate::{EscapeOptions, PlanOptions, RepairOptions, Scene};
+use extricate::{EscapeOptions, PlanOptions, QueryOptions, ReleaseOptions, RepairOptions, Scene};
 
+use crate::abi::grasp_types::ExtricateReleaseOptions;
 use crate::abi::motion_types::{ExtricateEscapeOptions, ExtricatePlanOptions, ExtricateRepairOptions};
-use crate::options::{Limits, threads};
+use crate::enum_constants::{KEEPS, choice, number};
+use crate::options::{Limits, fault, of_call, threads};
 use crate::raw;
 use crate::status::{Fault, Result};
 
@@ -153,6 +155,65 @@ pub unsafe fn repair(at: *const ExtricateRepairOptions) -> Result<RepairOptions>
     Ok(options)
 }
 
+/// Returns what `extricate_release_options_init()` writes.
+pub fn of_releases() -> ExtricateReleaseOptions {
+    let own = ReleaseOptions::default();
+    ExtricateReleaseOptions {
+        keep: number(KEEPS, own.keep),
+        touch: own.touch,
+        friction: own.friction.unwrap_or(0.0),
+        open: std::ptr::null(),
+        open_count: 0,
+        clearance: f64::NAN,
+        locked: std::ptr::null(),
+        locked_count: 0,
+        max_checks: usize::MAX,
+        max_seconds: f64::INFINITY,
+        stop: None,
+        stop_data: std::ptr::null_mut(),
+    }
+}
+
+/// Reads the options of a release; null stands for the defaults.
+///
+/// # Safety
+/// The contract of [`crate::raw`].
+///
+/// # Errors
+/// If a member makes no sense.
+pub unsafe fn release(at: *const ExtricateReleaseOptions, scene: &Scene) -> Result<ReleaseOptions> {
+    if at.is_null() {
+        return Ok(ReleaseOptions::default());
+    }
+    // SAFETY: the contract of this function.
+    let given = unsafe { raw::shared(at, "options") }?;
+    // SAFETY: the same.
+    let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
+    // SAFETY: the same.
+    let open = unsafe { raw::slice(given.open, given.open_count, "options.open") }?;
+    let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
+    // SAFETY: the header states the contract for `stop`.
+    let termination = unsafe { limits.termination(given.stop, given.stop_data) }?;
+    let Some(keep) = choice(KEEPS, given.keep) else {
+        return Err(fault("keep", given.keep, "EXTRICATE_KEEP_CONTACTS or _POSE"));
+    };
+    for (name, value) in [("touch", given.touch), ("friction", given.friction)] {
+        if !(0.0..=1e9).contains(&value) {
+            return Err(fault(name, value, "0 to 1e9"));
+        }
+    }
+    let mut query = QueryOptions::default().locked(scene.joints_named("locked", locked)?).termination(termination);
+    query.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
+    query.check().map_err(of_call)?;
+    let mut options = ReleaseOptions::default().keep(keep).touch(given.touch).query(query);
+    options.friction = (given.friction > 0.0).then_some(given.friction);
+    if !open.is_empty() {
+        let open = scene.space().config_anywhere(open).map_err(|error| Fault::from(error).of("options.open"))?;
+        options.open = Some(open.to_vec());
+    }
+    Ok(options)
+}
+
 #[cfg(test)]
 mod tests {
     use extricate::builtin;
@@ -171,6 +232,8 @@ mod tests {
             assert_eq!(plan(std::ptr::null()).unwrap(), PlanOptions::default());
             assert_eq!(repair(&repairs).unwrap(), RepairOptions::default());
             assert_eq!(repair(std::ptr::null()).unwrap(), RepairOptions::default());
+            assert_eq!(release(&of_releases(), &scene).unwrap(), ReleaseOptions::default());
+            assert_eq!(release(std::ptr::null(), &scene).unwrap(), ReleaseOptions::default());
         }
     }
 
@@ -189,7 +252,7 @@ mod tests {
                 repair(&repairs).unwrap_err().message,
             ]
         };
-        assert!(messages[0].starts_with("options.toward: coordinate 0: got NaN"), "{messages:?}");
+        assert!(messages[0].starts_with("options.toward: configuration: `joint_1`"), "{messages:?}");
         assert!(messages[1].starts_with("options.threads: got 5000"), "{messages:?}");
         assert!(messages[2].starts_with("options.max_seconds: got -1"), "{messages:?}");
     }

@@ -7,7 +7,7 @@ use std::ffi::c_void;
 use extricate::{Error, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
-use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions};
+use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions, ExtricateWeight};
 use crate::enum_constants::{EFFORTS, choice};
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
@@ -22,6 +22,25 @@ pub struct Wanted {
     pub options: QueryOptions,
     /// Whether configurations beyond the limits are refused.
     pub refuse_outside: bool,
+    /// Weights in place of those of the scene.
+    pub weights: Weights,
+}
+
+/// Weights of joints, for translations and for the rotation, in place of those of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Weights(Vec<(String, [f64; 2])>);
+
+impl Weights {
+    /// Returns `solver` with these weights.
+    ///
+    /// # Errors
+    /// If a joint is unknown, or a weight makes no sense.
+    pub fn solver(&self, solver: &Solver) -> Result<Solver> {
+        match self.0.is_empty() {
+            true => Ok(solver.clone()),
+            false => Ok(solver.weighted(self.0.iter().map(|(name, both)| (name.as_str(), *both)))?),
+        }
+    }
 }
 
 /// Returns what `extricate_options_init()` writes.
@@ -40,6 +59,10 @@ pub fn defaults() -> ExtricateOptions {
         max_seconds: f64::INFINITY,
         locked: std::ptr::null(),
         locked_count: 0,
+        free: std::ptr::null(),
+        free_count: 0,
+        weights: std::ptr::null(),
+        weight_count: 0,
         toward: std::ptr::null(),
         toward_count: 0,
         toward_share: 0.25,
@@ -65,6 +88,16 @@ impl Wanted {
         // SAFETY: the same.
         let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
         // SAFETY: the same.
+        let free = unsafe { raw::texts(given.free, given.free_count, "options.free") }?;
+        // SAFETY: the same.
+        let weights = unsafe { raw::slice(given.weights, given.weight_count, "options.weights") }?;
+        let weight = |(at, weight): (usize, &ExtricateWeight)| {
+            // SAFETY: the same.
+            let joint = unsafe { raw::text(weight.joint, &format!("options.weights[{at}].joint")) }?;
+            Ok((joint.to_string(), [weight.translation, weight.rotation]))
+        };
+        let weights = Weights(weights.iter().enumerate().map(weight).collect::<Result<_>>()?);
+        // SAFETY: the same.
         let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
         let limits = Limits { max_checks: given.max_checks, max_seconds: given.max_seconds };
         // SAFETY: the header states the contract for `stop`.
@@ -75,7 +108,7 @@ impl Wanted {
         let mut options = QueryOptions::default()
             .effort(effort)
             .exits(given.exits)
-            .locked(scene.joints_named("locked", locked)?)
+            .locked(held_joints(scene, locked, free)?)
             .free_radius(given.free_radius != 0)
             .segment(given.segment != 0)
             .contacts(given.contacts != 0)
@@ -86,7 +119,7 @@ impl Wanted {
         if !goal.is_empty() {
             options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }
-        Ok(Self { options, refuse_outside: given.refuse_outside != 0 })
+        Ok(Self { options, refuse_outside: given.refuse_outside != 0, weights })
     }
 
     /// Makes a solver with these options, which shares all else with `solver`.
@@ -94,9 +127,22 @@ impl Wanted {
     /// # Errors
     /// If an option makes no sense. The message names the member, its value and what was expected.
     pub fn of(self, solver: &Solver) -> Result<ExtricateSolver> {
-        let solver = solver.clone().options(self.options).map_err(of_call)?;
-        Ok(ExtricateSolver { solver, refuse_outside: self.refuse_outside })
+        let own = self.weights.solver(solver)?.options(self.options).map_err(of_call)?;
+        let (base, weights) = (solver.clone(), self.weights);
+        Ok(ExtricateSolver { base, solver: own, refuse_outside: self.refuse_outside, weights })
     }
+}
+
+/// Returns the joints that a query holds: the locked ones, or all but the free ones.
+fn held_joints(scene: &Scene, locked: Vec<&str>, free: Vec<&str>) -> Result<Vec<usize>> {
+    if free.is_empty() {
+        return Ok(scene.joints_named("locked", locked)?);
+    }
+    if !locked.is_empty() {
+        return Err(Fault::argument("options.locked, options.free: got both, expected one of them"));
+    }
+    let free = scene.joints_named("free", free)?;
+    Ok((0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect())
 }
 
 /// The limits of a call, as its options have them.
@@ -169,9 +215,19 @@ mod tests {
     use super::*;
     use crate::abi::types::{EXTRICATE_NEAREST, EXTRICATE_PROVED};
 
-    /// Members that are no query options of the library: lengths of lists, the stop function, and
-    /// whether configurations are refused.
-    const OF_C_ALONE: &[&str] = &["refuse_outside", "locked_count", "toward_count", "stop", "stop_data"];
+    /// Members that are no query options of the library: lengths of lists, the stop function, the
+    /// weights of the scene, the inverse of `locked`, and whether configurations are refused.
+    const OF_C_ALONE: &[&str] = &[
+        "refuse_outside",
+        "locked_count",
+        "free",
+        "free_count",
+        "weights",
+        "weight_count",
+        "toward_count",
+        "stop",
+        "stop_data",
+    ];
     /// Defaults that C spells differently from Python.
     const DEFAULTS_IN_C: &[(&str, &str)] = &[
         ("effort", "EXTRICATE_REFINED"),

@@ -10,6 +10,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::MaybeUninit;
 
+use crate::abi::types::ExtricateProgress;
 use crate::status::{Fault, Result};
 
 /// Memory of the caller for one value; it may be uninitialised and is never read.
@@ -185,6 +186,35 @@ impl Callback {
     pub fn ask(&self) -> bool {
         // SAFETY: by the contract of `new`.
         unsafe { (self.function)(self.data) }
+    }
+}
+
+/// A function of the caller that hears of the progress of a run, with its data.
+#[derive(Clone, Copy)]
+pub struct Listener {
+    function: unsafe extern "C" fn(*const ExtricateProgress, *mut c_void) -> bool,
+    data: *mut c_void,
+}
+
+// SAFETY: the header says that the function is called on any thread.
+unsafe impl Send for Listener {}
+// SAFETY: `tell` is called by one thread at a time, that of the run.
+unsafe impl Sync for Listener {}
+
+impl Listener {
+    /// # Safety
+    /// The function may be called with `data`, on any thread, for as long as this or a copy lives.
+    pub unsafe fn new(
+        function: unsafe extern "C" fn(*const ExtricateProgress, *mut c_void) -> bool,
+        data: *mut c_void,
+    ) -> Self {
+        Self { function, data }
+    }
+
+    /// Tells the state of the run; returns whether to go on.
+    pub fn tell(&self, state: &ExtricateProgress) -> bool {
+        // SAFETY: by the contract of `new`.
+        unsafe { (self.function)(state, self.data) }
     }
 }
 

@@ -5,12 +5,12 @@
 use std::sync::Arc;
 
 use extricate::entries::{ObstacleEntry, PoseEntry, SceneFile, ShapeEntry, read_obstacles};
-use extricate::geometry::{Body, Geometry, PointCloud, Pose, Voxels};
+use extricate::geometry::{Body, Geometry, HeightField, PointCloud, Pose, Voxels};
 use extricate::parts::from_arrays;
 
 use crate::abi::types::{
-    EXTRICATE_BOX, EXTRICATE_CAPSULE, EXTRICATE_CYLINDER, EXTRICATE_HALF_SPACE, EXTRICATE_MESH, EXTRICATE_POINTS,
-    EXTRICATE_SPHERE, EXTRICATE_VOXELS, ExtricateObstacle, ExtricatePose, ExtricateShape,
+    EXTRICATE_BOX, EXTRICATE_CAPSULE, EXTRICATE_CYLINDER, EXTRICATE_HALF_SPACE, EXTRICATE_HEIGHT_FIELD, EXTRICATE_MESH,
+    EXTRICATE_POINTS, EXTRICATE_SPHERE, EXTRICATE_VOXELS, ExtricateObstacle, ExtricatePose, ExtricateShape,
 };
 use crate::raw;
 use crate::status::{Fault, Result};
@@ -69,6 +69,12 @@ unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
             // SAFETY: the same: three indices per cell.
             let cells = unsafe { rows(given.cells, given.cell_count, &format!("{element}: cells")) }?;
             scenery(Geometry::Voxels(Arc::new(Voxels::new(NAME, element, x, cells)?)))
+        }
+        EXTRICATE_HEIGHT_FIELD => {
+            let name = format!("{element}: heights");
+            // SAFETY: the same: one number per height.
+            let heights = unsafe { raw::slice(given.heights, given.height_count, &name) }?.to_vec();
+            scenery(Geometry::HeightField(Arc::new(HeightField::new(NAME, element, x, given.columns, heights)?)))
         }
         EXTRICATE_HALF_SPACE => scenery(Geometry::half_space(NAME, element, given.size, given.offset)?),
         other => {

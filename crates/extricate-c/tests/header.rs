@@ -7,6 +7,7 @@ use std::path::Path;
 const SOURCES: &[&str] = &[
     "types",
     "motion_types",
+    "grasp_types",
     "handles",
     "scene_info",
     "scene",
@@ -17,6 +18,9 @@ const SOURCES: &[&str] = &[
     "batch",
     "stream",
     "motion",
+    "roadmap",
+    "grasp",
+    "geometry",
 ];
 
 #[test]

@@ -22,6 +22,7 @@ pub const NOTHING: ExtricateSummary = ExtricateSummary {
     free_radius: f64::NAN,
     segment_colliding_until: f64::NAN,
     segment_free_from: f64::NAN,
+    nearest: f64::NAN,
     checks: 0,
     unproved: EXTRICATE_IS_PROVED,
     found: false,
@@ -29,6 +30,7 @@ pub const NOTHING: ExtricateSummary = ExtricateSummary {
     verified: false,
     unique: false,
     cut_short: false,
+    detour: false,
 };
 
 pub fn summary(answer: &Answer) -> ExtricateSummary {
@@ -43,6 +45,7 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
         free_radius: or_nan(answer.free_radius),
         segment_colliding_until: or_nan(answer.segment.map(|segment| segment.colliding_until)),
         segment_free_from: or_nan(answer.segment.map(|segment| segment.free_from)),
+        nearest: or_nan(answer.nearest),
         checks: answer.checks as u64,
         unproved: answer.unproved.map_or(EXTRICATE_IS_PROVED, |why| number(UNPROVED, why)),
         found: true,
@@ -50,21 +53,23 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
         verified: answer.verified,
         unique: answer.unique,
         cut_short: answer.cut_short,
+        detour: answer.detour,
     }
 }
 
 pub fn answer(scene: &Scene, answer: Answer) -> ExtricateAnswer {
     let pairs = |pairs: &[PairId]| pairs.iter().map(|id| pair(scene, *id)).collect();
-    let contact = |contact: &Contact| {
-        let [point_first, point_second] = contact.points();
-        let (pair, distance, normal) = (pair(scene, contact.pair), contact.distance, contact.normal());
-        ExtricateContact { pair, distance, point_first, point_second, normal }
-    };
     let (colliding, touching) = (pairs(&answer.colliding), pairs(&answer.touching));
-    let contacts = answer.contacts.iter().map(contact).collect();
+    let contacts = answer.contacts.iter().map(|one| contact(scene, one)).collect();
     let exits = answer.exits.iter().map(|exit| ExtricateExit { depth: exit.depth, witness: exit.witness.as_ptr() });
     let (summary, exits) = (summary(&answer), exits.collect());
     ExtricateAnswer { summary, colliding, touching, contacts, exits, answer }
+}
+
+pub fn contact(scene: &Scene, contact: &Contact) -> ExtricateContact {
+    let [point_first, point_second] = contact.points();
+    let (pair, distance, normal) = (pair(scene, contact.pair), contact.distance, contact.normal());
+    ExtricateContact { pair, distance, point_first, point_second, normal }
 }
 
 pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {

@@ -4,14 +4,15 @@
 
 use std::ops::ControlFlow;
 
-use extricate::{CheckScratch, Checker, Config, ConfigSpace, Label};
+use extricate::{CheckScratch, Checker, Config, Label, SegmentOptions};
 
 use super::answer_to_c;
 use super::handles::ExtricateScene;
-use super::types::{ExtricateOptions, ExtricateStatus, ExtricateSummary};
+use super::types::{ExtricateOptions, ExtricateSegment, ExtricateStatus, ExtricateSummary};
 use crate::options::{Wanted, threads as thread_count};
 use crate::raw::{self, OutValues};
-use crate::status::{Fault, Result, guarded};
+use crate::rows::{configs, configs_anywhere};
+use crate::status::{Fault, guarded};
 
 /// Finds the nearest free configurations to `count` queries, which follow one another in `q`, `nq`
 /// numbers each. Writes `count` witnesses and `count` summaries, in the same order. If nothing free
@@ -109,40 +110,64 @@ pub unsafe extern "C" fn extricate_distance_batch(
     })
 }
 
+/// Checks whether whole segments are free, as extricate_check_segment() does for one: from each of
+/// `count` configurations in `from` to the same one in `to`, `nq` numbers each. `threads` is 0 for
+/// one per core.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)]
+pub unsafe extern "C" fn extricate_check_segment_batch(
+    scene: *const ExtricateScene,
+    from: *const f64,
+    to: *const f64,
+    count: usize,
+    nq: usize,
+    resolution: f64,
+    threads: usize,
+    segments: *mut ExtricateSegment,
+) -> ExtricateStatus {
+    let all = count.saturating_mul(nq);
+    // SAFETY: the contract of this module.
+    let (scene, from) = unsafe { (raw::shared(scene, "scene"), raw::slice(from, all, "from")) };
+    // SAFETY: the same.
+    let (to, segments) = unsafe { (raw::slice(to, all, "to"), raw::places(segments, count, "segments")) };
+    guarded(|| {
+        let (scene, segments) = (scene?, segments?);
+        check_resolution(resolution)?;
+        let own = scene.scene();
+        let read = |rows, name: &str| {
+            configs(own.space(), (rows, count, nq), &|q| Ok(own.config(q)?)).map_err(|fault| fault.of(name))
+        };
+        let ends: Vec<(Config, Config)> = read(from?, "from")?.into_iter().zip(read(to?, "to")?).collect();
+        let (checker, options) = (scene.solver.checker(), SegmentOptions::default().resolution(resolution));
+        map(&ends, thread_count(threads)?, segments, |(from, to), scratch| {
+            answer_to_c::segment(own, checker.segment(from, to, &options, scratch))
+        });
+        Ok(())
+    })
+}
+
+/// Refuses resolutions that are no lengths.
+pub fn check_resolution(resolution: f64) -> crate::status::Result<()> {
+    match resolution > 0.0 && resolution.is_finite() {
+        true => Ok(()),
+        false => Err(Fault::argument(format!("resolution: got {resolution}, expected more than 0 [m]"))),
+    }
+}
+
 /// Whether `q` is free in the sense of the glossary: within its limits, and no pair collides.
 fn is_free_at(checker: &Checker, q: &Config, scratch: &mut CheckScratch) -> bool {
     checker.scene().space().outside(q).next().is_none() && checker.label(q, scratch) == Label::Free
 }
 
-/// Reads all rows, which may lie beyond the limits; fails at the first that is no configuration.
-fn configs_anywhere(space: &ConfigSpace, rows: (&[f64], usize, usize)) -> Result<Vec<Config>> {
-    configs(space, rows, &|q| Ok(space.config_anywhere(q)?))
-}
-
-/// Reads all rows with `config`; fails at the first row that it refuses.
-fn configs(
-    space: &ConfigSpace,
-    (q, count, nq): (&[f64], usize, usize),
-    config: &dyn Fn(&[f64]) -> Result<Config>,
-) -> Result<Vec<Config>> {
-    let own = space.nq();
-    if nq != own && count > 0 {
-        return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
-    }
-    let rows = q.chunks_exact(own.max(1)).enumerate();
-    let named = |row: usize, fault: Fault| Fault { message: format!("row {row}: {}", fault.message), ..fault };
-    rows.map(|(row, q)| config(q).map_err(|fault| named(row, fault))).collect()
-}
-
 /// Number of rows that a thread takes per lock of the shared queue.
 const PART_ROWS: usize = 256;
 
-/// Writes `of` of each configuration to `out`, on `threads` threads (0: one per core).
-fn map<T: Copy + Send>(
-    configs: &[Config],
+/// Writes `of` of each row to `out`, on `threads` threads (0: one per core).
+fn map<Row: Sync, T: Copy + Send>(
+    configs: &[Row],
     threads: usize,
     out: OutValues<'_, T>,
-    of: impl Fn(&Config, &mut CheckScratch) -> T + Sync,
+    of: impl Fn(&Row, &mut CheckScratch) -> T + Sync,
 ) {
     let cores = || std::thread::available_parallelism().map_or(1, |cores| cores.get());
     let threads = if threads == 0 { cores() } else { threads };

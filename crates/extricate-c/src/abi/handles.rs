@@ -3,12 +3,14 @@
 use std::ffi::CString;
 use std::sync::{Arc, OnceLock};
 
-use extricate::{Answer, Config, Scene, Solver, Stream, StreamOptions};
+use extricate::{Answer, Config, Hand, Roadmap, Scene, Solver, Stream, StreamOptions};
 
+use crate::abi::grasp_types::{ExtricateGraspContact, ExtricateGraspSummary};
 use crate::abi::motion_types::{
     ExtricateEscapeSummary, ExtricatePairDistance, ExtricatePlanSummary, ExtricateRepairedSummary,
 };
 use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
+use crate::options::Weights;
 use crate::status::{Result, c_string};
 
 /// A scene, perhaps with a model that was learned from it or from a similar scene. It never
@@ -17,14 +19,19 @@ pub struct ExtricateScene {
     /// Solver with the default options.
     pub(crate) solver: Solver,
     names: OnceLock<Names>,
+    statistics: OnceLock<Option<CString>>,
 }
 
 /// A scene with query options. Only extricate_solver_set_options() changes it.
 pub struct ExtricateSolver {
-    /// Solver with the options of the caller.
+    /// Solver of the scene, with the weights of the scene.
+    pub(crate) base: Solver,
+    /// Solver with the options and weights of the caller.
     pub(crate) solver: Solver,
     /// Whether configurations beyond the limits are refused.
     pub(crate) refuse_outside: bool,
+    /// Weights in place of those of the scene.
+    pub(crate) weights: Weights,
 }
 
 /// A sequence of queries that are near each other. Each query starts from the exit of the one
@@ -82,6 +89,47 @@ pub struct ExtricateRepaired {
     pub(crate) places: Vec<f64>,
 }
 
+/// Free configurations and proved edges between them, which plans add to and reuse.
+pub struct ExtricateRoadmap {
+    pub(crate) roadmap: Roadmap,
+}
+
+/// A hand that can hold one obstacle of a scene. It never changes.
+pub struct ExtricateHand {
+    /// Solver without a model, with the weights of the hand.
+    pub(crate) solver: Solver,
+    pub(crate) hand: Hand,
+}
+
+/// A configuration of a hand that holds an object and penetrates nothing. It never changes, and
+/// pointers into it stay valid until it is freed.
+pub struct ExtricateGrasp {
+    pub(crate) summary: ExtricateGraspSummary,
+    /// Their names point into `_names`.
+    pub(crate) contacts: Vec<ExtricateGraspContact>,
+    pub(crate) touched: Vec<CString>,
+    pub(crate) kept: Vec<CString>,
+    pub(crate) config: Vec<f64>,
+    pub(crate) _names: Vec<CString>,
+}
+
+/// The triangles of a body. It never changes, and pointers into it stay valid until it is freed.
+pub struct ExtricateMesh {
+    pub(crate) points: Vec<[f64; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+/// Contacts of bodies that are near each other. They never change, and pointers to them stay valid
+/// until they are freed.
+pub struct ExtricateContacts {
+    pub(crate) contacts: Vec<ExtricateContact>,
+}
+
+/// Positions by joint. They never change, and pointers to them stay valid until they are freed.
+pub struct ExtricatePositions {
+    pub(crate) joints: Vec<(CString, Vec<f64>)>,
+}
+
 /// Texts of a scene, each ended by a zero as in C.
 pub struct Names {
     /// Names of the joints, in the order of coordinates.
@@ -96,16 +144,26 @@ const _: fn() = || {
     fn is_shared<T: Send + Sync>() {}
     is_shared::<ExtricateScene>();
     is_shared::<ExtricateSolver>();
+    is_shared::<ExtricateHand>();
 };
 
 impl ExtricateScene {
     /// Makes the handle of a solver that has the default options.
     pub fn new(solver: Solver) -> Self {
-        Self { solver, names: OnceLock::new() }
+        Self { solver, names: OnceLock::new(), statistics: OnceLock::new() }
     }
 
     pub fn scene(&self) -> &Arc<Scene> {
         self.solver.scene()
+    }
+
+    /// Returns the statistics of the model as JSON; `None` if there is no model.
+    pub fn statistics(&self) -> Option<&CString> {
+        let text = || {
+            let statistics = self.solver.model()?.statistics();
+            serde_json::to_string(statistics).ok().map(|text| c_string(&text))
+        };
+        self.statistics.get_or_init(text).as_ref()
     }
 
     /// Returns the texts of the scene, which are converted on the first call.

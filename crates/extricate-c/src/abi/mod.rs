@@ -7,6 +7,7 @@
 //! # Safety
 //! All functions share the contract of [`crate::raw`], which the head of the header states.
 
+pub mod grasp_types;
 pub mod motion_types;
 pub mod types;
 
@@ -14,9 +15,12 @@ pub mod answer;
 pub mod answer_to_c;
 pub mod batch;
 pub mod check;
+pub mod geometry;
+pub mod grasp;
 pub mod handles;
 pub mod motion;
 pub mod motion_to_c;
+pub mod roadmap;
 pub mod scene;
 pub mod scene_info;
 pub mod solver;

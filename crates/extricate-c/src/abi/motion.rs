@@ -4,7 +4,7 @@
 
 use extricate::Rows;
 
-use super::handles::{ExtricateEscape, ExtricatePlan, ExtricateRepaired, ExtricateSolver};
+use super::handles::{ExtricateEscape, ExtricatePlan, ExtricateRepaired, ExtricateRoadmap, ExtricateSolver};
 use super::motion_to_c;
 use super::motion_types::{
     ExtricateEscapeOptions, ExtricateEscapeSummary, ExtricatePairDistance, ExtricatePlanOptions, ExtricatePlanSummary,
@@ -108,6 +108,9 @@ pub unsafe extern "C" fn extricate_plan_options_init(options: *mut ExtricatePlan
 /// Finds a path from `start` to `goal`, with every edge proved; null options mean the defaults.
 /// Both must be within the limits. An end that collides is led out of collision first, as
 /// extricate_escape() does, toward the other end. If no path is found, `plan` has no points.
+///
+/// `roadmap` is null, or a roadmap of earlier calls, which the plan extends, so that plans of one
+/// scene that share it become cheaper. No other thread may use the roadmap during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_plan(
     solver: *const ExtricateSolver,
@@ -115,12 +118,15 @@ pub unsafe extern "C" fn extricate_plan(
     goal: *const f64,
     nq: usize,
     options: *const ExtricatePlanOptions,
+    roadmap: *mut ExtricateRoadmap,
     plan: *mut *mut ExtricatePlan,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let (solver, start) = unsafe { (raw::shared(solver, "solver"), raw::slice(start, nq, "start")) };
     // SAFETY: the same.
     let (goal, plan) = unsafe { (raw::slice(goal, nq, "goal"), raw::place(plan, "plan")) };
+    // SAFETY: the same.
+    let roadmap = unsafe { raw::exclusive(roadmap, "roadmap") }.ok();
     guarded(|| {
         let (solver, plan) = (&solver?.solver, plan?);
         // SAFETY: the same.
@@ -128,7 +134,12 @@ pub unsafe extern "C" fn extricate_plan(
         let end = |name: &str, values: &[f64]| -> Result<_> {
             solver.scene().config(values).map_err(|error| Fault::from(error).of(name))
         };
-        let found = solver.plan(&end("start", start?)?, &end("goal", goal?)?, &options).map_err(of_call)?;
+        let (start, goal) = (end("start", start?)?, end("goal", goal?)?);
+        let found = match roadmap {
+            Some(roadmap) => solver.plan_with(&start, &goal, &options, &mut roadmap.roadmap),
+            None => solver.plan(&start, &goal, &options),
+        };
+        let found = found.map_err(of_call)?;
         plan.hand_over(motion_to_c::plan(solver.scene(), found));
         Ok(())
     })

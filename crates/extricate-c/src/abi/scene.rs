@@ -2,30 +2,40 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::fs::File;
 use std::io::Read;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use extricate::entries::{assemble_scene, parse};
 use extricate::files::{check_model_output, check_regular};
-use extricate::{LearnOptions, Model, Scene, Solver, builtin, load_model, load_scene, save_model};
+use extricate::{
+    LearnOptions, LearnProgress, LoadOptions, Model, Scene, Solver, builtin, load_model, load_scene_with, save_model,
+};
 
 use super::handles::ExtricateScene;
-use super::types::{ExtricateStatus, ExtricateText};
-use crate::options::threads as thread_count;
-use crate::raw;
+use super::types::{ExtricateLoadOptions, ExtricateProgress, ExtricateStatus, ExtricateText};
+use crate::load_options;
+use crate::options::{of_call, threads as thread_count};
+use crate::raw::{self, Listener};
 use crate::status::{Fault, Result, guarded};
 
 /// Loads a scene file (TOML), a URDF as a scene of that robot alone, or a model file as the learned
-/// scene with its model.
+/// scene with its model. Null options mean the defaults; they do not apply to a model.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn extricate_load(path: *const c_char, scene: *mut *mut ExtricateScene) -> ExtricateStatus {
+pub unsafe extern "C" fn extricate_load(
+    path: *const c_char,
+    options: *const ExtricateLoadOptions,
+    scene: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let (path, scene) = unsafe { (raw::text(path, "path"), raw::place(scene, "scene")) };
     guarded(|| {
         let (path, scene) = (path?, scene?);
-        scene.hand_over(ExtricateScene::new(load(Path::new(path))?));
+        // SAFETY: the same.
+        let options = unsafe { load_options::read(options) }?;
+        scene.hand_over(ExtricateScene::new(load(Path::new(path), &options)?));
         Ok(())
     })
 }
@@ -76,13 +86,20 @@ pub unsafe extern "C" fn extricate_scene_builtin(
 /// `labels` is the number of exact checks to spend, 0 for the default. `seconds` limits the time;
 /// it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
 /// depends only on scene, labels and seed, unless the time limit ended learning.
+///
+/// `progress` is null, or a function that is called after each step with the state of the run and
+/// with `progress_data`, on any thread; if it returns false, the run ends and keeps what it has
+/// learned. It must not throw.
 #[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)]
 pub unsafe extern "C" fn extricate_learn(
     scene: *const ExtricateScene,
     labels: usize,
     seconds: f64,
     seed: u64,
     threads: usize,
+    progress: Option<unsafe extern "C" fn(*const ExtricateProgress, *mut c_void) -> bool>,
+    progress_data: *mut c_void,
     model: *mut *mut ExtricateScene,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -92,10 +109,29 @@ pub unsafe extern "C" fn extricate_learn(
         let mut options = LearnOptions::default().seed(seed).threads(thread_count(threads)?);
         options.labels = if labels == 0 { options.labels } else { labels };
         options.seconds = (seconds != f64::INFINITY).then_some(seconds);
-        let learned = Model::learn(Scene::clone(scene.scene()), &options)?;
+        // SAFETY: the header states the contract for `progress`.
+        let listener = progress.map(|progress| unsafe { Listener::new(progress, progress_data) });
+        let mut tell = |state: &LearnProgress| match listener.is_none_or(|listener| listener.tell(&progress_of(state)))
+        {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        };
+        let learned = Model::learn_with(Scene::clone(scene.scene()), &options, &mut tell).map_err(of_call)?;
         model.hand_over(ExtricateScene::new(Solver::of_model(learned)));
         Ok(())
     })
+}
+
+fn progress_of(state: &LearnProgress) -> ExtricateProgress {
+    let stages = [c"exploring", c"training", c"tracing the boundary", c"solving", c"measuring"];
+    let stage = stages.iter().find(|stage| stage.to_bytes() == state.stage.as_bytes()).copied().unwrap_or(c"");
+    ExtricateProgress {
+        stage: stage.as_ptr(),
+        fraction: state.fraction,
+        labels: state.labels,
+        boundary_samples: state.boundary_samples,
+        accuracy: state.accuracy.unwrap_or(f64::NAN),
+    }
 }
 
 /// Writes a learned model to a file; extricate_load() reads it.
@@ -152,14 +188,18 @@ unsafe fn named_texts<'a>(texts: *const ExtricateText, count: usize) -> Result<V
 const HEAD_BYTES: u64 = 4096;
 
 /// Loads a scene file, a URDF or a model file.
-fn load(path: &Path) -> Result<Solver> {
+fn load(path: &Path, options: &LoadOptions) -> Result<Solver> {
     let mut head = Vec::new();
     // An unreadable file, or a pipe, on which opening would wait, leaves the head empty: the
     // library refuses it below, with its own message.
     if let Ok(file) = check_regular(path).and_then(|_| File::open(path)) {
         let _ = file.take(HEAD_BYTES).read_to_end(&mut head);
     }
-    Ok(if Model::is_model(&head) { Solver::of_model(load_model(path)?) } else { Solver::new(load_scene(path)?) })
+    Ok(if Model::is_model(&head) {
+        Solver::of_model(load_model(path)?)
+    } else {
+        Solver::new(load_scene_with(path, options)?)
+    })
 }
 
 /// Name in messages of a scene without a file.
@@ -209,9 +249,9 @@ mod tests {
         let options = LearnOptions::default().labels(2_000);
         let model = Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap();
         save_model(&model, &path).unwrap();
-        assert!(load(&path).unwrap().is_learned());
-        let missing = load(&folder.path().join("none.toml")).map(drop).unwrap_err();
+        assert!(load(&path, &LoadOptions::default()).unwrap().is_learned());
+        let missing = load(&folder.path().join("none.toml"), &LoadOptions::default()).map(drop).unwrap_err();
         assert!(missing.message.contains("none.toml"), "{missing:?}");
-        assert!(load(folder.path()).map(drop).unwrap_err().message.contains("directory"));
+        assert!(load(folder.path(), &LoadOptions::default()).map(drop).unwrap_err().message.contains("directory"));
     }
 }

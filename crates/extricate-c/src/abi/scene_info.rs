@@ -8,11 +8,11 @@ use std::path::Path;
 use extricate::files::joint_positions;
 use extricate::{LoadLimits, Manifold};
 
-use super::handles::ExtricateScene;
+use super::handles::{ExtricatePositions, ExtricateScene};
 use super::types::{EXTRICATE_ABI, EXTRICATE_METRIC_JOINT, ExtricatePair, ExtricateStatus};
 use crate::enum_constants::{METRICS, number};
 use crate::raw;
-use crate::status::{Fault, guarded, last_error};
+use crate::status::{Fault, c_string, guarded, last_error};
 
 /// Returns the message of the last call that failed on this thread: file or argument, value, and
 /// what was expected. The message is empty if no call failed. It stays until the next call on this
@@ -130,32 +130,115 @@ pub unsafe extern "C" fn extricate_scene_limits(
     })
 }
 
-/// Writes the configuration in which the named joints have these positions, one number each \[rad
-/// or m\]. Locked, mimic and fixed joints may be among them, because robots report them too.
+/// Writes the configuration in which the named joints have these positions \[rad or m\], which
+/// follow one another. `sizes` holds the number of coordinates of each joint; null means one each.
+/// Locked, mimic and fixed joints may be among them, because robots report them too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_config(
     scene: *const ExtricateScene,
     names: *const *const c_char,
-    positions: *const f64,
+    sizes: *const usize,
     count: usize,
+    positions: *const f64,
+    position_count: usize,
     q: *mut f64,
     nq: usize,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let scene = unsafe { raw::shared(scene, "scene") };
     // SAFETY: the same.
-    let (names, positions) = unsafe { (raw::texts(names, count, "names"), raw::slice(positions, count, "positions")) };
+    let (names, positions) =
+        unsafe { (raw::texts(names, count, "names"), raw::slice(positions, position_count, "positions")) };
+    let one_each = vec![1; if sizes.is_null() { count.min(position_count) } else { 0 }];
+    // SAFETY: the same.
+    let sizes = if sizes.is_null() { Ok(one_each.as_slice()) } else { unsafe { raw::slice(sizes, count, "sizes") } };
     // SAFETY: the same.
     let q = unsafe { raw::places(q, nq, "q") };
     guarded(|| {
         let (scene, names, positions, mut q) = (scene?.scene(), names?, positions?, q?);
+        let mut rest = positions;
+        let mut named = Vec::with_capacity(names.len());
+        for (name, size) in names.into_iter().zip(sizes?) {
+            let Some((own, after)) = rest.split_at_checked(*size) else { break };
+            named.push((name, own));
+            rest = after;
+        }
+        if named.len() != count || !rest.is_empty() {
+            let said = "expected the sum of the sizes of the joints";
+            return Err(Fault::argument(format!("position_count: got {position_count}, {said}")));
+        }
         let own = scene.space().nq();
         if nq != own {
             return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
         }
-        q.fill(scene.config_of(names.into_iter().zip(positions.chunks_exact(1)))?.values);
+        q.fill(scene.config_of(named)?.values);
         Ok(())
     })
+}
+
+/// Makes the positions by joint at `q`, the inverse of extricate_scene_config(): mimic and locked
+/// joints are among them, fixed ones are not. `q` may be beyond the limits.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_positions(
+    scene: *const ExtricateScene,
+    q: *const f64,
+    nq: usize,
+    positions: *mut *mut ExtricatePositions,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, q) = unsafe { (raw::shared(scene, "scene"), raw::slice(q, nq, "q")) };
+    // SAFETY: the same.
+    let positions = unsafe { raw::place(positions, "positions") };
+    guarded(|| {
+        let (scene, positions) = (scene?.scene(), positions?);
+        let q = scene.space().config_anywhere(q?)?;
+        let of_joints = scene.positions_at(&q).into_iter();
+        positions.hand_over(ExtricatePositions {
+            joints: of_joints.map(|(name, values)| (c_string(&name), values)).collect(),
+        });
+        Ok(())
+    })
+}
+
+/// Returns the number of joints that have positions; 0 if `positions` is null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_positions_size(positions: *const ExtricatePositions) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(positions, "positions") }.map_or(0, |positions| positions.joints.len())
+}
+
+/// Returns the name of a joint that has positions, which lives as long as `positions`; null if
+/// there is no such joint.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_positions_name(positions: *const ExtricatePositions, index: usize) -> *const c_char {
+    // SAFETY: the contract of this module.
+    let positions = unsafe { raw::shared(positions, "positions") };
+    let joint = positions.ok().and_then(|positions| positions.joints.get(index));
+    joint.map_or(std::ptr::null(), |(name, _)| name.as_ptr())
+}
+
+/// Returns the number of coordinates of a joint, and points `values` to its positions \[rad or m\];
+/// 0 if there is no such joint.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_positions_values(
+    positions: *const ExtricatePositions,
+    index: usize,
+    values: *mut *const f64,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe {
+        raw::list(positions, values, |positions| positions.joints.get(index).map_or(&[][..], |(_, values)| values))
+    }
+}
+
+/// Frees positions.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_positions_free(positions: *mut ExtricatePositions) {
+    guarded(|| {
+        // SAFETY: the contract of this module.
+        unsafe { raw::take_back(positions) };
+        Ok(())
+    });
 }
 
 /// Writes the configuration in a text that holds a ROS message: a JointState, alone or in a
@@ -242,6 +325,28 @@ pub unsafe extern "C" fn extricate_scene_is_learned(scene: *const ExtricateScene
     unsafe { raw::shared(scene, "scene") }.is_ok_and(|scene| scene.solver.is_learned())
 }
 
+/// Returns how the model was learned and its measured quality, as JSON, which lives as long as the
+/// scene; null if the scene has no model. docs/reference/statistics.md describes the keys.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_statistics(scene: *const ExtricateScene) -> *const c_char {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    scene.ok().and_then(ExtricateScene::statistics).map_or(std::ptr::null(), |text| text.as_ptr())
+}
+
+/// Returns the number of stored samples of the model, free configurations beside the boundary, and
+/// points `samples` to the first number of the first one; they have `nq` numbers each and follow one
+/// another. 0 if the scene has no model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_samples(scene: *const ExtricateScene, samples: *mut *const f64) -> usize {
+    // SAFETY: the contract of this module.
+    let count = unsafe {
+        raw::list(scene, samples, |scene| scene.solver.model().map_or(&[][..], |model| model.boundary().configs()))
+    };
+    // SAFETY: the same.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| count / scene.scene().space().nq().max(1))
+}
+
 /// Returns the number of warnings about the scene, such as open meshes, defaults that were assumed,
 /// and ignored content of a message of MoveIt; 0 if `scene` is null.
 #[unsafe(no_mangle)]
@@ -257,6 +362,7 @@ pub unsafe extern "C" fn extricate_scene_warning(scene: *const ExtricateScene, i
     unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().warnings, index))
 }
 
-fn nth(texts: &[CString], index: usize) -> *const c_char {
+/// Returns a text of a list; null if there is no such text.
+pub fn nth(texts: &[CString], index: usize) -> *const c_char {
     texts.get(index).map_or(std::ptr::null(), |text| text.as_ptr())
 }

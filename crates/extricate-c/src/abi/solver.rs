@@ -53,8 +53,8 @@ pub unsafe extern "C" fn extricate_solver_set_options(
     guarded(|| {
         let solver = solver?;
         // SAFETY: the same.
-        let wanted = unsafe { Wanted::read(options, solver.solver.scene()) }?;
-        *solver = wanted.of(&solver.solver)?;
+        let wanted = unsafe { Wanted::read(options, solver.base.scene()) }?;
+        *solver = wanted.of(&solver.base)?;
         Ok(())
     })
 }

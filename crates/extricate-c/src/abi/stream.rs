@@ -8,24 +8,32 @@ use extricate::{Stream, StreamOptions};
 use super::answer_to_c;
 use super::handles::{ExtricateAnswer, ExtricateScene, ExtricateStream};
 use super::solver::nothing_free;
-use super::types::{ExtricateOptions, ExtricateStatus};
-use crate::options::{Wanted, fault};
+use super::types::{ExtricateOptions, ExtricateStatus, ExtricateStreamOptions};
+use crate::options::{Wanted, fault, of_call};
 use crate::raw;
 use crate::status::{Fault, guarded};
+
+/// Fills in the default options of streams.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_stream_options_init(options: *mut ExtricateStreamOptions) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let options = unsafe { raw::place(options, "options") };
+    guarded(|| {
+        let StreamOptions { hysteresis, starts_per_frame, continuous, .. } = StreamOptions::default();
+        options?.put(ExtricateStreamOptions { hysteresis, starts_per_frame, continuous: continuous.into() });
+        Ok(())
+    })
+}
 
 /// Makes a stream, which answers queries that are near each other, such as the frames of one
 /// motion. Each query starts from the exit of the one before. The stream keeps the scene; one
 /// thread at a time may use it.
-///
-/// The stream keeps the exit of the last frame until another is nearer by more than the share
-/// `hysteresis` of its depth, in \[0, 1); with 0 it always uses the nearest. Each frame tries
-/// `starts_per_frame` other starts; 2 are usual.
+/// Null options mean the defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_new(
     scene: *const ExtricateScene,
     options: *const ExtricateOptions,
-    hysteresis: f64,
-    starts_per_frame: usize,
+    stream_options: *const ExtricateStreamOptions,
     stream: *mut *mut ExtricateStream,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
@@ -40,9 +48,20 @@ pub unsafe extern "C" fn extricate_stream_new(
         if wanted.options.toward.is_some() {
             return Err(fault("toward", "a goal", "null: a stream follows one exit"));
         }
-        let (solver, first) = (scene.solver.clone(), wanted.of(&scene.solver)?);
-        let options = StreamOptions::default().hysteresis(hysteresis).starts_per_frame(starts_per_frame);
-        options.check()?;
+        let (solver, first) = {
+            let first = wanted.of(&scene.solver)?;
+            (first.solver.clone(), first)
+        };
+        // SAFETY: the same.
+        let given =
+            if stream_options.is_null() { None } else { Some(unsafe { raw::shared(stream_options, "options") }?) };
+        let options = given.map_or_else(StreamOptions::default, |given| {
+            StreamOptions::default()
+                .hysteresis(given.hysteresis)
+                .starts_per_frame(given.starts_per_frame)
+                .continuous(given.continuous != 0)
+        });
+        options.check().map_err(of_call)?;
         stream.hand_over(ExtricateStream { first, options, solver, stream: None });
         Ok(())
     })
@@ -87,10 +106,11 @@ pub unsafe extern "C" fn extricate_stream_set_scene(
     let (stream, scene) = unsafe { (raw::exclusive(stream, "stream"), raw::shared(scene, "scene")) };
     guarded(|| {
         let (stream, scene) = (stream?, scene?);
-        if scene.scene().space() != stream.first.solver.scene().space() {
+        let solver = stream.first.weights.solver(&scene.solver)?;
+        if solver.scene().space() != stream.first.solver.scene().space() {
             return Err(Fault::argument("scene: got other coordinates than those of the stream, expected the same"));
         }
-        stream.solver = scene.solver.clone();
+        stream.solver = solver;
         Ok(())
     })
 }

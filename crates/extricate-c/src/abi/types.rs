@@ -23,7 +23,7 @@ pub const EXTRICATE_MODEL: i32 = 6;
 pub const EXTRICATE_INTERNAL: i32 = 7;
 
 /// Version of this interface. It increases if programs have to be recompiled.
-pub const EXTRICATE_ABI: u32 = 1;
+pub const EXTRICATE_ABI: u32 = 2;
 
 /// Effort: the nearest stored sample of a model; without a model, the first exit that is found.
 pub const EXTRICATE_NEAREST: u32 = 0;
@@ -68,6 +68,17 @@ pub const EXTRICATE_VOXELS: u32 = 6;
 /// only.
 pub const EXTRICATE_HALF_SPACE: u32 = 7;
 
+/// Shape: ground whose heights are given on a grid, with cells of side `size[0]` \[m\]; for
+/// obstacles only. `heights` are its rows along x, one after the other \[m\], of `columns` each.
+pub const EXTRICATE_HEIGHT_FIELD: u32 = 8;
+
+/// Samples: free and colliding ones.
+pub const EXTRICATE_ANY: u32 = 0;
+/// Samples: free ones alone.
+pub const EXTRICATE_FREE: u32 = 1;
+/// Samples: colliding ones alone.
+pub const EXTRICATE_COLLIDING: u32 = 2;
+
 /// The pose of a body.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +112,12 @@ pub struct ExtricateShape {
     pub cell_count: usize,
     /// Whether to use the convex hull of a mesh: 0 or 1.
     pub convex: u32,
+    /// Heights of a height field, row by row \[m\].
+    pub heights: *const f64,
+    /// Number of `heights`.
+    pub height_count: usize,
+    /// Number of heights of a row.
+    pub columns: usize,
 }
 
 /// An obstacle, or an object that a link holds.
@@ -121,6 +138,58 @@ pub struct ExtricateText {
     pub path: *const c_char,
     /// The content of the file.
     pub text: *const c_char,
+}
+
+/// A limit of what files may hold.
+#[repr(C)]
+pub struct ExtricateLoadLimit {
+    /// Name of the limit, such as "triangles"; docs/reference/limits.md lists them.
+    pub name: *const c_char,
+    /// The most that files may hold.
+    pub most: usize,
+}
+
+/// How files are loaded. Members that are null and 0 stand for the defaults.
+#[repr(C)]
+pub struct ExtricateLoadOptions {
+    /// Folders in which `package://NAME/...` is looked up first; null for none.
+    pub packages: *const *const c_char,
+    /// Number of `packages`.
+    pub package_count: usize,
+    /// Limits in place of the default ones; null for none.
+    pub limits: *const ExtricateLoadLimit,
+    /// Number of `limits`.
+    pub limit_count: usize,
+}
+
+/// The state of a learning run.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtricateProgress {
+    /// The current step: "exploring", "training", "tracing the boundary", "solving" or "measuring".
+    /// It lives as long as the call of the function that gets it.
+    pub stage: *const c_char,
+    /// Share of the budget spent, 0 to 1.
+    pub fraction: f64,
+    /// Labels (exact checks) spent.
+    pub labels: usize,
+    /// Boundary samples found.
+    pub boundary_samples: usize,
+    /// Held-out balanced accuracy of the last classifier; nan before the first.
+    pub accuracy: f64,
+}
+
+/// The weights of a joint in the joint metric.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct ExtricateWeight {
+    /// Name of the joint.
+    pub joint: *const c_char,
+    /// Weight of squared displacements.
+    pub translation: f64,
+    /// Weight of squared rotations of a floating or planar base; that of its other coordinates is
+    /// `translation`. For other joints both are the same number.
+    pub rotation: f64,
 }
 
 /// Options of a query. extricate_options_init() fills in the defaults; then set the members that
@@ -161,6 +230,16 @@ pub struct ExtricateOptions {
     pub locked: *const *const c_char,
     /// Number of `locked` joints.
     pub locked_count: usize,
+    /// The names of the joints that may move, in place of `locked`: all others keep their positions
+    /// in the query; null by default, for all.
+    pub free: *const *const c_char,
+    /// Number of `free` joints.
+    pub free_count: usize,
+    /// Weights of joints, in place of those of the scene; null by default, for none. They prepare
+    /// the scene anew, and a model is not used with them.
+    pub weights: *const ExtricateWeight,
+    /// Number of `weights`.
+    pub weight_count: usize,
     /// The goal, a configuration: among exits about as near as the nearest, the one nearest to the
     /// goal becomes the witness; null by default, for none.
     pub toward: *const f64,
@@ -174,6 +253,20 @@ pub struct ExtricateOptions {
     pub stop: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
     /// Argument that queries pass to `stop`.
     pub stop_data: *mut c_void,
+}
+
+/// Options of a stream. extricate_stream_options_init() fills in the defaults.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct ExtricateStreamOptions {
+    /// The stream keeps the exit of the last frame until another is nearer by more than this share
+    /// of its depth: 0 or more and less than 1; 0 by default, which always uses the nearest.
+    pub hysteresis: f64,
+    /// Number of other starts that each frame tries; 2 by default.
+    pub starts_per_frame: usize,
+    /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
+    /// every configuration on its way is proved free: 0 or 1; 0 by default.
+    pub continuous: u32,
 }
 
 /// The numbers of an answer.
@@ -199,6 +292,9 @@ pub struct ExtricateSummary {
     pub segment_colliding_until: f64,
     /// Fraction from which on the straight segment is proved free; nan if not requested.
     pub segment_free_from: f64,
+    /// Depth of the nearest exit, if the witness is the proxy of a continuous stream, which may be
+    /// farther; nan if it is not.
+    pub nearest: f64,
     /// Collision checks and distance evaluations spent.
     pub checks: u64,
     /// EXTRICATE_IS_PROVED, or the reason why no lower bound is proved.
@@ -213,6 +309,9 @@ pub struct ExtricateSummary {
     pub unique: bool,
     /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     pub cut_short: bool,
+    /// Whether the witness is the proxy of a continuous stream that goes back to the nearest exit
+    /// along a path that was proved free.
+    pub detour: bool,
 }
 
 /// Two bodies that must stay apart, as indices of bodies.

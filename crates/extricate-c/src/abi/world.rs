@@ -8,10 +8,11 @@ use std::path::Path;
 
 use extricate::entries::{assemble_world, parse};
 use extricate::files::{Imported, import, is_foreign, load_world};
-use extricate::{LoadLimits, LoadOptions, Scene};
+use extricate::{LoadLimits, Scene};
 
 use super::handles::ExtricateScene;
-use super::types::{ExtricateObstacle, ExtricatePose, ExtricateStatus};
+use super::types::{ExtricateLoadOptions, ExtricateObstacle, ExtricatePose, ExtricateStatus};
+use crate::load_options;
 use crate::raw::{self, OutValue};
 use crate::shapes;
 use crate::status::{Fault, Result, guarded};
@@ -129,18 +130,22 @@ pub unsafe extern "C" fn extricate_scene_attached(
 }
 
 /// Puts the robots of the scene into the world of a file: a scene file (TOML) without a robot,
-/// MoveIt's .scene text, or a PlanningScene message as .yaml or .json.
+/// MoveIt's .scene text, or a PlanningScene message as .yaml or .json. Null options mean the
+/// defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_in_world(
     scene: *const ExtricateScene,
     path: *const c_char,
+    options: *const ExtricateLoadOptions,
     changed: *mut *mut ExtricateScene,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
     // SAFETY: the same.
     let path = unsafe { raw::text(path, "path") };
-    change(scene, changed, |scene| Ok(load_world(scene, Path::new(path?), &LoadOptions::default())?))
+    // SAFETY: the same.
+    let options = unsafe { load_options::read(options) };
+    change(scene, changed, |scene| Ok(load_world(scene, Path::new(path?), &options?)?))
 }
 
 /// Puts the robots of the scene into the world of a text, as extricate_scene_in_world() does for a

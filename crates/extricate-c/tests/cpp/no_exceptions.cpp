@@ -64,20 +64,51 @@ static void configurations(const Scene& scene) {
     CHECK(std::isnan(solver.distance({0})) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
     CHECK(solver.pair_distances({0}).empty() && failed(EXTRICATE_CONFIGURATION, "expected 3"));
     CHECK(!solver.query({0.0}) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
-    CHECK(solver.query({0.4, 0.0, 0.0}).depth() > 0 && extricate::last_status() == EXTRICATE_OK);
+    CHECK(solver.query({0.4, 0.0, 0.0})->depth() > 0 && extricate::last_status() == EXTRICATE_OK);
     CHECK(!solver.warm_up(-1) && failed(EXTRICATE_ARGUMENT, "seconds"));
 
     extricate::Options wrong;
-    wrong.effort = 99;
+    wrong.effort = static_cast<extricate::Effort>(99);
     CHECK(!solver.set_options(wrong) && failed(EXTRICATE_ARGUMENT, "options.effort"));
     Solver bad(scene, wrong);
     CHECK(!bad && failed(EXTRICATE_ARGUMENT, "options.effort"));
     CHECK(!bad.query({0, 0, 0}) && failed(EXTRICATE_ARGUMENT, "solver: got a null pointer"));
-    extricate::Stream stream(scene, {}, 2.0);
+    extricate::StreamOptions holding;
+    holding.hysteresis = 2;
+    extricate::Stream stream(scene, {}, holding);
     CHECK(!stream && failed(EXTRICATE_ARGUMENT, "hysteresis"));
     CHECK(!stream.query({0, 0, 0}) && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
     CHECK(!stream.restart() && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
     CHECK(!stream.set_scene(scene) && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
+}
+
+static void motions(const Scene& scene) {
+    Solver solver(scene), none{Scene()};
+    CHECK(!none && failed(EXTRICATE_ARGUMENT, "scene: got a null pointer"));
+    const extricate::Escape escape = none.escape({0, 0, 0});
+    CHECK(!escape && escape.points().empty() && escape.checks() == 0 && failed(EXTRICATE_ARGUMENT, "solver: got a null"));
+    extricate::EscapeOptions wrong;
+    wrong.tolerance = -1;
+    CHECK(!solver.escape({0, 0, 0}, wrong) && failed(EXTRICATE_ARGUMENT, "options.tolerance: got -1"));
+    CHECK(!solver.plan({0, 0, 0}, {0, 0}) && failed(EXTRICATE_ARGUMENT, "start, goal: got 3 and 2"));
+    CHECK(!solver.plan({0, 0, 0}, {0, 0, std::nan("")}) && failed(EXTRICATE_CONFIGURATION, "goal: configuration: `joint_3`"));
+    CHECK(!solver.repair({0, 0}) && failed(EXTRICATE_ARGUMENT, "rows: got 2 numbers"));
+    CHECK(!solver.repair(std::vector<double>()) && failed(EXTRICATE_INPUT, "rows: got none"));
+    CHECK(!solver.nearest_exit({0}) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(solver.contacts({0, 0, 0}, std::nan("")).empty() && failed(EXTRICATE_ARGUMENT, "within"));
+    CHECK(solver.colliding_pairs({0}).empty() && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(scene.sample(2, static_cast<extricate::Sample>(9)).empty() && failed(EXTRICATE_ARGUMENT, "kind: got 9"));
+    CHECK(scene.always_colliding(0).empty() && failed(EXTRICATE_ARGUMENT, "samples"));
+    CHECK(scene.poses({0, 0, 0}, {"no such link"}).empty() && failed(EXTRICATE_ARGUMENT, "no such link"));
+    CHECK(scene.mesh(999).points.empty() && failed(EXTRICATE_ARGUMENT, "body: got 999"));
+    CHECK(scene.robot_filter({0, 0}, {0, 0, 0}).empty() && failed(EXTRICATE_ARGUMENT, "points: got 2"));
+    CHECK(scene.check_segments({0, 0, 0}, {0, 0, std::nan("")}).empty() && failed(EXTRICATE_CONFIGURATION, "to: row 0"));
+    CHECK(scene.positions({0}).empty() && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(!extricate::Hand(scene, "none") && failed(EXTRICATE_INPUT, "none"));
+    CHECK(!extricate::Roadmap::load("none.roadmap", scene) && failed(EXTRICATE_FILE, "none.roadmap"));
+    extricate::LoadOptions limits;
+    limits.limits = {{"trianglez", 1}};
+    CHECK(!Scene("none.toml", limits) && failed(EXTRICATE_ARGUMENT, "trianglez"));
 }
 
 static void scenes(const Scene& scene) {
@@ -134,6 +165,7 @@ int main() {
     CHECK(scene && extricate::last_status() == EXTRICATE_OK);
     rows(scene);
     configurations(scene);
+    motions(scene);
     scenes(scene);
     starts(scene);
 }
