@@ -868,15 +868,15 @@ public:
         detail::WorldParts parts;
         if (!parts.read(robot_, planning_scene) || parts.obstacles.empty()) return;
         const std::lock_guard<std::mutex> lock(preparing_mutex_);
-        // The thread before is waited for.
-        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts)]() mutable {
+        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts), last = preparing_]() mutable {
+            if (last.valid()) last.wait();
             const Objects before = last_objects();
             parts.padding = before.parts.padding;
             parts.held = before.parts.held;
             parts.add_obstacles(before.parts);
             const Scene scene = parts.objects(robot_, before.parts, before.scene);
             if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
-        });
+        }).share();
     }
 
     /// The robot alone.
@@ -930,6 +930,8 @@ private:
     }
 
     Made make(const detail::WorldParts& parts) {
+        // What is being prepared already is not prepared twice.
+        if (const std::shared_future<void> preparing = announced(); preparing.valid()) preparing.wait();
         const Objects before = last_objects();
         Made made;
         const Scene objects = parts.objects(robot_, before.parts, before.scene);
@@ -939,6 +941,10 @@ private:
         return made;
     }
 
+    std::shared_future<void> announced() {
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        return preparing_;
+    }
     Objects last_objects() {
         const std::lock_guard<std::mutex> lock(objects_mutex_);
         return objects_;
@@ -969,7 +975,7 @@ private:
     std::shared_ptr<StartFixer> locked_;
     // Last, so that their threads end before the rest does.
     std::deque<World> worlds_;
-    std::future<void> preparing_;
+    std::shared_future<void> preparing_;
 };
 
 }  // namespace moveit
