@@ -39,7 +39,7 @@ echo "plain C, and C++ without exceptions"
 ${CC:-cc} -std=c11 $warnings "$crate/examples/first_query.c" $flags -o "$work/first_query_c"
 "$work/first_query_c"
 # shellcheck disable=SC2086
-${CXX:-c++} -std=c++17 -fno-exceptions $warnings "$crate/tests/cpp/no_exceptions.cpp" $flags -pthread -o "$work/no_exceptions"
+${CXX:-c++} -std=c++17 -fno-exceptions $warnings -Iros/stubs "$crate/tests/cpp/no_exceptions.cpp" $flags -pthread -o "$work/no_exceptions"
 (cd "$work" && ./no_exceptions)
 
 program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
@@ -90,16 +90,16 @@ if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
         "$work/interface_plain" "$scene" <(head -n 2 "$work/q.txt") "$work" >/dev/null
 fi
 
-echo "messages of MoveIt, and the adapter with stubs in the place of MoveIt and ROS"
+echo "messages of MoveIt, and 200 planning requests with stubs in the place of MoveIt and ROS"
 # shellcheck disable=SC2086
-${CXX:-c++} -std=c++17 $warnings $sanitized "$crate/tests/cpp/moveit.cpp" $flags -pthread -o "$work/moveit"
+${CXX:-c++} -std=c++17 $warnings $sanitized -Iros/stubs "$crate/tests/cpp/moveit.cpp" $flags -pthread -o "$work/moveit"
 "$work/moveit" "$crate/tests/messages"
 mkdir -p "$work/cell/install"
 ln -sfn .. "$work/cell/install/share"
 # shellcheck disable=SC2086
-${CXX:-c++} -std=c++17 $warnings $sanitized -Iros/stubs ros/extricate_moveit/src/fix_start_state.cpp ros/stubs/run_adapter.cpp $flags \
-    -pthread -o "$work/run_adapter"
-"$work/run_adapter" "$work/cell" "$crate/tests/messages/planning_scene.yaml"
+${CXX:-c++} -std=c++17 $warnings $sanitized -Iros/stubs ros/extricate_moveit/src/*.cpp ros/stubs/requests.cpp $flags -pthread \
+    -o "$work/requests"
+"$work/requests" "$work/cell"
 
 echo "the examples, by CMake, under AddressSanitizer"
 cmake -S "$crate/examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_C_FLAGS="$sanitized" \

@@ -1,11 +1,12 @@
-/* Reads MoveIt's messages as text and repairs a start in collision. Building and testing need no ROS.
+/* Repairs starts in collision in the worlds of MoveIt's messages. Building and testing need no ROS.
  *
- *     extricate::moveit::StartFixer fixer(extricate::moveit::robot(urdf, srdf, packages));
- *     auto start = fixer.fix(planning_scene_yaml, "scene.yaml", {{"joint1", 0.3}, ...}, limits);
- *     if (start.fixed) use(start.positions);
+ *     extricate::moveit::StartFixer fixer({urdf, srdf});
+ *     auto start = fixer.fix(planning_scene, {{"joint1", 0.3}, ...}, limits);
+ *     if (start.fixed) use(start.path);
  *
- * A PlanningScene is YAML or JSON, as `ros2 topic echo`, rosbridge and the to_block_style_yaml() of every message
- * write it. Its world, attached objects, allowed collisions and padding are used; `notes` lists ignored content.
+ * A planning scene is any struct with the members of a moveit_msgs::msg::PlanningScene that are read here: those of
+ * ROS 2, or a test's own. Its world with the octomap, attached objects, allowed collisions and padding are used;
+ * `notes` lists what is approximated or ignored.
  *
  * Without exceptions, a repair that fails returns a start that is empty and not fixed.
  * extricate::last_status() and last_error() then report the reason. */
@@ -16,8 +17,13 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <future>
+#include <locale>
 #include <map>
 #include <mutex>
+#include <set>
 #include <sstream>
 
 #include "extricate.hpp"
@@ -30,38 +36,46 @@ using Positions = std::vector<std::pair<std::string, double>>;
 
 /// Limits of the repair of a start.
 struct FixLimits {
-    /// Largest displacement of any point of the robot, or of an object that it holds [m], 0 or more.
+    /// Largest displacement of any point of the robot, or of an object that it holds, on the path [m], 0 or more.
     double max_displacement = HUGE_VAL;
     /// Largest time [s].
     double max_seconds = 1.0;
-    /// Clearance to aim at [m]; nan means that of the scene. A start with less clearance, at least the scene's, is
-    /// preferred to one beyond max_displacement.
+    /// Clearance to aim at for the new start [m]; nan means that of the scene plus 1 mm. A near start with less, at
+    /// least the scene's, is preferred to a far one and to one beyond max_displacement.
     double clearance = std::nan("");
     /// Joints that may move, such as those of the planning group; if the list is empty, all may.
     std::vector<std::string> joints;
+    /// Goal of the motion that follows: of new starts about as near, the one nearest to it is preferred. Joints that it
+    /// does not name are where they are at the start. If it is empty, no start is preferred.
+    Positions toward;
 };
 
 /// Result of the repair of a start.
 struct FixedStart {
     /// Whether the start needed no repair.
     bool was_free = false;
-    /// Whether a free start within the limits was found.
+    /// Whether a free start within the limits was found, or the start was free.
     bool fixed = false;
     /// Positions of the joints with one coordinate in the new start; if the start was not fixed, in the old one.
     Positions positions;
-    /// Distance from the old start to the new one, in the scene's metric, and its proved lower bound.
-    double depth = 0, lower_bound = 0;
-    /// Share of the depth that is not proved.
-    double gap = 0;
-    /// Largest displacement of any point from the old start to the new one [m].
+    /// The way from the old start, which is the first row, to the new one, which is the last: positions of the joints
+    /// in the order of `positions`. Edges are straight. Each is proved: on it no pair of bodies collides that does not
+    /// at the old start, and none that does gets deeper by more than 1 mm. If joints were beyond their limits, the
+    /// first edge leads straight back to the limits and is not proved.
+    std::vector<std::vector<double>> path;
+    /// Index into `path` from which on it is proved free.
+    std::size_t free_from = 0;
+    /// Distance from the old start to the new one, in the scene's metric.
+    double depth = 0;
+    /// Largest displacement of any point on the path from the old start [m].
     double max_displacement = 0;
-    /// Clearance that the new start keeps [m]: the clearance to aim at, or less if that would be far.
+    /// Least distance of any checked pair of bodies at the new start [m].
     double clearance = 0;
     /// Pairs of bodies that collided.
     std::vector<std::pair<std::string, std::string>> colliding;
     /// Joints that were beyond their limits.
     std::vector<std::string> outside;
-    /// Content of the message that is ignored.
+    /// Content of the message that is approximated or ignored.
     std::vector<std::string> notes;
     /// The whole result in one line, for a log.
     std::string summary;
@@ -83,6 +97,24 @@ inline std::string quoted(const std::string& text) {
     }
     return out + "\"";
 }
+/// A number of TOML that reads as the same one.
+inline std::string number(double value) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text.precision(17);
+    text << std::scientific << value;
+    return text.str();
+}
+/// A table of TOML in one line, from keys and values as TOML has them.
+template <class Entries>
+std::string table(const Entries& entries) {
+    std::string text = "{ ", comma;
+    for (const auto& [name, value] : entries) {
+        text += comma + quoted(name) + " = " + value;
+        comma = ", ";
+    }
+    return text + " }";
+}
 }  // namespace detail
 
 /// Folders of the packages that ROS 2 has sourced, in which `package://` is looked up.
@@ -95,162 +127,855 @@ inline std::vector<std::string> sourced_packages() {
     return folders;
 }
 
-/// Makes a scene of a robot alone from the texts of its URDF and SRDF (empty for none). `metric` is "joint", or
-/// "max-displacement", which minimises the largest displacement [m] of any point.
-inline Scene robot(const std::string& urdf, const std::string& srdf = "",
-                   const std::vector<std::string>& packages = sourced_packages(), const std::string& metric = "joint") {
-    std::string text = "metric = { kind = " + detail::quoted(metric) + " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
-    for (const std::string& folder : packages) text += detail::quoted(folder) + ", ";
+/// A robot as ROS describes it.
+struct Description {
+    /// Texts of its URDF and SRDF; an empty SRDF is none.
+    std::string urdf, srdf;
+    /// "joint", or "max-displacement", which minimises the largest displacement [m] of any point.
+    std::string metric = "joint";
+    /// Folders in which `package://` is looked up.
+    std::vector<std::string> packages = sourced_packages();
+    /// Joints that stay where they are, with their positions [rad or m], whatever their limits.
+    Positions locked = {};
+};
+
+/// Makes a scene of a robot alone.
+inline Scene robot(const Description& description) {
+    std::string text = "metric = { kind = " + detail::quoted(description.metric) +
+                       " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
+    for (const std::string& folder : description.packages)
+        text += detail::quoted(folder) + ", ";
     text += "]\n";
-    std::vector<std::pair<std::string, std::string>> files = {{"robot.urdf", urdf}};
-    if (!srdf.empty()) {
+    if (!description.locked.empty()) {
+        // A joint whose two limits are equal stays. Joints without coordinates would change which pairs are checked.
+        std::vector<std::pair<std::string, std::string>> limits;
+        for (const auto& [joint, position] : description.locked)
+            limits.emplace_back(joint, "[" + detail::number(position) + ", " + detail::number(position) + "]");
+        text += "limits = " + detail::table(limits) + "\n";
+    }
+    std::vector<std::pair<std::string, std::string>> files = {{"robot.urdf", description.urdf}};
+    if (!description.srdf.empty()) {
         text += "srdf = \"robot.srdf\"\n";
-        files.emplace_back("robot.srdf", srdf);
+        files.emplace_back("robot.srdf", description.srdf);
     }
     return Scene::from_text(text, "", files);
 }
 
-/// Repairs starts of one robot. Any number of threads may use it.
-class StartFixer {
-public:
-    /// Takes a robot, perhaps with a model that was learned from it.
-    explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
+namespace detail {
 
-    /// Repairs a start in the world of a message. The ending of `name` (.yaml, .json) sets the format, and error
-    /// messages contain `name`. Joints that the robot does not have are ignored.
-    FixedStart fix(const std::string& planning_scene, const std::string& name, const Positions& start,
-                   const FixLimits& limits = FixLimits()) {
-        const Scene world = in_world(planning_scene, name);
-        if (!world) return FixedStart();
-        const std::map<std::string, std::size_t> known = coordinates(world);
+using extricate::detail::refuse;
+using extricate::detail::shown;
+
+/// A pose with its rotation as a unit quaternion x, y, z, w.
+struct Placement {
+    double position[3] = {0, 0, 0};
+    double turned[4] = {0, 0, 0, 1};
+
+    Pose pose() const {
+        return Pose(position[0], position[1], position[2], turned[0], turned[1], turned[2], turned[3]);
+    }
+    void rotate(const double* vector, double* out) const {
+        const double *q = turned, *v = vector;
+        const double t[3] = {2 * (q[1] * v[2] - q[2] * v[1]), 2 * (q[2] * v[0] - q[0] * v[2]),
+                             2 * (q[0] * v[1] - q[1] * v[0])};
+        const double turn[3] = {q[1] * t[2] - q[2] * t[1], q[2] * t[0] - q[0] * t[2], q[0] * t[1] - q[1] * t[0]};
+        for (int k = 0; k < 3; ++k)
+            out[k] = v[k] + q[3] * t[k] + turn[k];
+    }
+    /// The pose of what `inner` places in the coordinates that this places.
+    Placement then(const Placement& inner) const {
+        Placement all;
+        rotate(inner.position, all.position);
+        for (int k = 0; k < 3; ++k)
+            all.position[k] += position[k];
+        const double *a = turned, *b = inner.turned;
+        all.turned[0] = a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1];
+        all.turned[1] = a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0];
+        all.turned[2] = a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3];
+        all.turned[3] = a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2];
+        return all;
+    }
+    Placement inverse() const {
+        Placement back;
+        for (int k = 0; k < 3; ++k)
+            back.turned[k] = -turned[k];
+        back.turned[3] = turned[3];
+        back.rotate(position, back.position);
+        for (double& x : back.position)
+            x = -x;
+        return back;
+    }
+    bool is_identity() const {
+        return position[0] == 0 && position[1] == 0 && position[2] == 0 && turned[0] == 0 && turned[1] == 0 &&
+               turned[2] == 0;
+    }
+};
+
+/// Places by a position and a quaternion. As in MoveIt, one of zeros alone is no rotation.
+template <class Position, class Quaternion>
+Placement placement(const Position& at, const Quaternion& turned) {
+    Placement placed;
+    const double position[3] = {at.x, at.y, at.z}, q[4] = {turned.x, turned.y, turned.z, turned.w};
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int k = 0; k < 3; ++k)
+        placed.position[k] = position[k];
+    if (length != 0)
+        for (int k = 0; k < 4; ++k)
+            placed.turned[k] = q[k] / length;
+    return placed;
+}
+
+/// Reads the nodes of an OctoMap, which messages hold depth first, and collects its occupied leaves by their size.
+class OctomapReader {
+public:
+    /// `value_bytes` is what each node of a full map has behind its log odds; a binary map has no values.
+    OctomapReader(const signed char* data, std::size_t size, bool is_binary, std::size_t value_bytes)
+        : data_(reinterpret_cast<const unsigned char*>(data)),
+          end_(data_ + size),
+          is_binary_(is_binary),
+          value_bytes_(value_bytes) {}
+
+    /// Cells of the occupied leaves, three indices each; `leaves[k]` are those of 2^k times the resolution.
+    std::vector<std::vector<std::int32_t>> leaves = std::vector<std::vector<std::int32_t>>(LEVELS + 1);
+
+    /// Returns whether the bytes are one whole tree.
+    bool read() {
+        const std::int32_t first[3] = {0, 0, 0};
+        return (is_binary_ ? binary_node(LEVELS, first) : full_node(LEVELS, first)) && data_ == end_;
+    }
+
+private:
+    /// OctoMap's trees have this depth.
+    static constexpr int LEVELS = 16;
+
+    void add(int level, const std::int32_t* first) {
+        for (int k = 0; k < 3; ++k)
+            leaves[level].push_back((first[k] - (1 << (LEVELS - 1))) >> level);
+    }
+    static void child(int level, const std::int32_t* first, int index, std::int32_t* out) {
+        for (int k = 0; k < 3; ++k)
+            out[k] = first[k] + ((index >> k & 1) << (level - 1));
+    }
+    /// A node of a binary map is two bits for each child: 0 unknown, 1 free, 2 occupied, 3 an inner node that follows.
+    bool binary_node(int level, const std::int32_t* first) {
+        if (level == 0 || end_ - data_ < 2) return false;
+        const unsigned bits = data_[0] | static_cast<unsigned>(data_[1]) << 8;
+        data_ += 2;
+        for (int index = 0; index < 8; ++index) {
+            const unsigned kind = bits >> (2 * index) & 3;
+            std::int32_t corner[3];
+            child(level, first, index, corner);
+            if (kind == 2) add(level - 1, corner);
+            if (kind == 3 && !binary_node(level - 1, corner)) return false;
+        }
+        return true;
+    }
+    /// A node of a full map is its log odds, a value, and one bit for each child. It is occupied at a probability of
+    /// at least 0.5, OctoMap's own threshold.
+    bool full_node(int level, const std::int32_t* first) {
+        if (static_cast<std::size_t>(end_ - data_) < sizeof(float) + value_bytes_ + 1) return false;
+        float log_odds;
+        std::memcpy(&log_odds, data_, sizeof log_odds);
+        data_ += sizeof log_odds + value_bytes_;
+        const unsigned children = *data_++;
+        if (children != 0 && level == 0) return false;
+        if (children == 0 && log_odds >= 0) add(level, first);
+        for (int index = 0; index < 8; ++index) {
+            std::int32_t corner[3];
+            child(level, first, index, corner);
+            if ((children >> index & 1) && !full_node(level - 1, corner)) return false;
+        }
+        return true;
+    }
+
+    const unsigned char *data_, *end_;
+    bool is_binary_;
+    std::size_t value_bytes_;
+};
+
+/// FNV-1a, of 64 bits.
+class Digest {
+public:
+    void add(const void* data, std::size_t size) {
+        const unsigned char* bytes = static_cast<const unsigned char*>(data);
+        for (std::size_t k = 0; k < size; ++k)
+            value_ = (value_ ^ bytes[k]) * 0x100000001b3ULL;
+    }
+    void add(double value) { add(&value, sizeof value); }
+    void add(std::size_t value) { add(&value, sizeof value); }
+    void add(const std::string& text) {
+        add(text.size());
+        add(text.data(), text.size());
+    }
+    std::uint64_t value() const { return value_; }
+
+private:
+    std::uint64_t value_ = 0xcbf29ce484222325ULL;
+};
+
+/// An object that a link holds.
+struct Held {
+    Obstacle object;
+    std::string link;
+    std::vector<std::string> touch;
+};
+
+/// What a message says of the world, in parts of which a scene can be made.
+class WorldParts {
+public:
+    std::vector<Obstacle> obstacles;
+    std::vector<Held> held;
+    std::vector<std::pair<std::string, std::string>> allowed;
+    std::map<std::string, double> padding;
+    std::vector<std::string> notes;
+
+    /// Reads a PlanningScene, whose world takes the place of the obstacles of `robot`. Returns false if it is refused.
+    template <class Message>
+    bool read(const Scene& robot, const Message& message) {
+        for (const std::string& body : robot.without_obstacles().bodies())
+            bodies_.insert(body);
+        Placement base;
+        if (!read_base(robot, message.robot_state.multi_dof_joint_state, base)) return false;
+        const Placement world = base.inverse();
+        std::string frame;
+        for (const auto& object : message.world.collision_objects) {
+            if (!is_added(object)) continue;
+            if (!is_in(object, frame, "one frame for all objects of the world")) return false;
+            const std::string element = "collision object \"" + shown(object.id) + "\"";
+            std::vector<Obstacle> shapes;
+            if (!read_object(object, element, world, shapes)) return false;
+            for (Obstacle& shape : shapes) {
+                standing_.insert(shape.name);
+                obstacles.push_back(std::move(shape));
+            }
+        }
+        if (!read_octomap(message.world.octomap, world)) return false;
+        for (const auto& attached : message.robot_state.attached_collision_objects)
+            if (!read_attached(attached)) return false;
+        if (!read_allowed(message.allowed_collision_matrix)) return false;
+        for (const auto& entry : message.link_padding) {
+            if (entry.padding > 0 && bodies_.count(entry.link_name)) padding[entry.link_name] = entry.padding;
+            if (entry.padding < 0)
+                notes.push_back("link_padding of " + entry.link_name + ": a negative one is ignored");
+        }
+        for (const auto& entry : message.link_scale)
+            if (entry.scale != 1.0) notes.push_back("link_scale of " + entry.link_name + ": links keep their size");
+        return true;
+    }
+
+    /// A number that differs if anything that the scene of this world uses differs.
+    std::uint64_t digest() const {
+        Digest digest;
+        for (const Obstacle& obstacle : obstacles)
+            add(digest, obstacle);
+        for (const Held& each : held)
+            add(digest, each);
+        for (const auto& [first, second] : allowed) {
+            digest.add(first);
+            digest.add(second);
+        }
+        for (const auto& [link, metres] : padding) {
+            digest.add(link);
+            digest.add(metres);
+        }
+        return digest.value();
+    }
+
+    /// The robot among the objects of this world, with all pairs checked. It is made of the scene `last` of the world
+    /// `before`, if there is one: what that has prepared of the same shapes is kept.
+    Scene objects(const Scene& robot, const WorldParts& before, const Scene& last) const {
+        std::vector<std::pair<std::string, std::string>> padded;
+        for (const auto& [link, metres] : padding)
+            padded.emplace_back(link, number(metres));
+        std::map<std::string, const Obstacle*> standing;
+        std::map<std::string, const Held*> hanging;
+        Scene world = last;
+        if (last && padding == before.padding) {
+            for (const Obstacle& obstacle : before.obstacles)
+                standing[obstacle.name] = &obstacle;
+            for (const Held& each : before.held)
+                hanging[each.object.name] = &each;
+        } else {
+            world = padding.empty() ? robot.without_obstacles()
+                                    : robot.in_world_text("padding.toml", "padding = " + table(padded) + "\n");
+        }
+        std::vector<Obstacle> added;
+        std::vector<Held> taken;
+        std::vector<std::pair<std::string, Pose>> moved;
+        for (const Obstacle& obstacle : obstacles) {
+            const auto found = standing.find(obstacle.name);
+            if (found == standing.end() || digest_of(obstacle.shape) != digest_of(found->second->shape)) {
+                added.push_back(obstacle);
+                continue;
+            }
+            if (std::memcmp(&obstacle.pose, &found->second->pose, sizeof obstacle.pose) != 0)
+                moved.emplace_back(obstacle.name, obstacle.pose);
+            standing.erase(found);
+        }
+        for (const Held& each : held) {
+            const auto found = hanging.find(each.object.name);
+            if (found == hanging.end() || digest_of(each) != digest_of(*found->second))
+                taken.push_back(each);
+            else
+                hanging.erase(found);
+        }
+        std::vector<std::string> gone;
+        for (const auto& [name, obstacle] : standing)
+            gone.push_back(name);
+        for (const auto& [name, each] : hanging)
+            gone.push_back(name);
+        if (world && !gone.empty()) world = world.without(gone);
+        if (world && !moved.empty()) world = world.moved(moved);
+        if (world && !added.empty()) world = world.with_obstacles(added);
+        for (const Held& each : taken)
+            if (world) world = world.attached(each.object, each.link, each.touch);
+        return world;
+    }
+
+    /// Adds the obstacles of another world whose names this one does not have.
+    void add_obstacles(const WorldParts& other) {
+        std::set<std::string> names;
+        for (const Obstacle& obstacle : obstacles)
+            names.insert(obstacle.name);
+        for (const Held& each : held)
+            names.insert(each.object.name);
+        for (const Obstacle& obstacle : other.obstacles)
+            if (!names.count(obstacle.name)) obstacles.push_back(obstacle);
+    }
+
+private:
+    static void add(Digest& digest, const Shape& shape) {
+        const ExtricateShape raw = shape.raw();
+        digest.add(&raw.kind, sizeof raw.kind);
+        digest.add(&raw.convex, sizeof raw.convex);
+        digest.add(raw.size, sizeof raw.size);
+        digest.add(raw.offset);
+        const auto all = [&](const auto* numbers, std::size_t count) {
+            digest.add(count);
+            digest.add(numbers, 3 * count * sizeof *numbers);
+        };
+        all(raw.points, raw.point_count);
+        all(raw.triangles, raw.triangle_count);
+        all(raw.cells, raw.cell_count);
+    }
+    static void add(Digest& digest, const Obstacle& obstacle) {
+        digest.add(obstacle.name);
+        digest.add(&obstacle.pose, sizeof obstacle.pose);
+        add(digest, obstacle.shape);
+    }
+    static void add(Digest& digest, const Held& held) {
+        add(digest, held.object);
+        digest.add(held.link);
+        for (const std::string& touch : held.touch)
+            digest.add(touch);
+    }
+    template <class Part>
+    static std::uint64_t digest_of(const Part& part) {
+        Digest digest;
+        add(digest, part);
+        return digest.value();
+    }
+
+    /// The pose of the robot's base, which MoveIt holds as a joint of several coordinates that the URDF does not have.
+    template <class Joints>
+    bool read_base(const Scene& robot, const Joints& state, Placement& base) {
+        const std::vector<std::string> known = robot.joints();
+        for (std::size_t k = 0; k < state.joint_names.size() && k < state.transforms.size(); ++k) {
+            const auto& transform = state.transforms[k];
+            const Placement placed = placement(transform.translation, transform.rotation);
+            const bool is_known = std::find(known.begin(), known.end(), state.joint_names[k]) != known.end();
+            if (is_known || k > 0)
+                return refuse("multi_dof_joint_state: got \"" + shown(state.joint_names[k]) +
+                              "\", expected no joint of several coordinates but that of the base");
+            base = placed;
+        }
+        return true;
+    }
+
+    template <class Object>
+    static bool is_added(const Object& object) {
+        // 0 is to add it, 2 to append to it; what is to be removed or moved is not there.
+        return static_cast<int>(object.operation) == 0 || static_cast<int>(object.operation) == 2;
+    }
+
+    template <class Object>
+    static bool is_in(const Object& object, std::string& frame, const char* expected) {
+        const std::string& own = object.header.frame_id;
+        if (own.empty() || own == frame) return true;
+        if (!frame.empty())
+            return refuse("object \"" + shown(object.id) + "\": got the frame \"" + shown(own) + "\" beside \"" +
+                          shown(frame) + "\", expected " + expected);
+        frame = own;
+        return true;
+    }
+
+    template <class Object>
+    bool read_object(const Object& object, const std::string& element, const Placement& frame,
+                     std::vector<Obstacle>& out) {
+        const Placement whole = frame.then(placement(object.pose.position, object.pose.orientation));
+        std::vector<Obstacle> shapes;
+        const auto place = [&](Shape shape, const auto& poses, std::size_t at) {
+            const Placement placed =
+                poses.empty() ? whole : whole.then(placement(poses[at].position, poses[at].orientation));
+            shapes.push_back(Obstacle{object.id, std::move(shape), placed.pose()});
+        };
+        const auto are_as_many = [&](const char* kind, std::size_t count, std::size_t poses) {
+            return poses == 0 || poses == count ||
+                   refuse(element + ": got " + std::to_string(count) + " " + kind + " and " + std::to_string(poses) +
+                          " poses, expected as many");
+        };
+        if (!are_as_many("primitives", object.primitives.size(), object.primitive_poses.size()) ||
+            !are_as_many("meshes", object.meshes.size(), object.mesh_poses.size()) ||
+            !are_as_many("planes", object.planes.size(), object.plane_poses.size()))
+            return false;
+        for (std::size_t k = 0; k < object.primitives.size(); ++k) {
+            const auto& primitive = object.primitives[k];
+            const std::vector<double> sizes(primitive.dimensions.begin(), primitive.dimensions.end());
+            const int kind = static_cast<int>(primitive.type);
+            const std::size_t expected = kind == 1 ? 3 : kind == 2 ? 1 : 2;
+            if (kind < 1 || kind > 4)
+                return refuse(element + ": type: got " + std::to_string(kind) +
+                              ", expected 1 (box), 2 (sphere), 3 (cylinder) or 4 (cone)");
+            if (sizes.size() < expected)
+                return refuse(element + ": dimensions: got " + std::to_string(sizes.size()) + " numbers, expected " +
+                              std::to_string(expected));
+            // The message has the height of cylinders and cones first.
+            place(kind == 1   ? Shape::box(sizes[0], sizes[1], sizes[2])
+                  : kind == 2 ? Shape::sphere(sizes[0])
+                  : kind == 3 ? Shape::cylinder(sizes[1], sizes[0])
+                              : cone(sizes[1], sizes[0]),
+                  object.primitive_poses, k);
+            if (kind == 4) notes.push_back(element + ": a cone is taken for the pyramid of 64 sides around it");
+        }
+        for (std::size_t k = 0; k < object.meshes.size(); ++k) {
+            std::vector<double> corners;
+            std::vector<std::uint32_t> triangles;
+            for (const auto& corner : object.meshes[k].vertices)
+                corners.insert(corners.end(), {corner.x, corner.y, corner.z});
+            for (const auto& triangle : object.meshes[k].triangles)
+                triangles.insert(triangles.end(),
+                                 {triangle.vertex_indices[0], triangle.vertex_indices[1], triangle.vertex_indices[2]});
+            place(Shape::mesh(std::move(corners), std::move(triangles)), object.mesh_poses, k);
+        }
+        for (std::size_t k = 0; k < object.planes.size(); ++k) {
+            // The plane a x + b y + c z + d = 0.
+            const auto& c = object.planes[k].coef;
+            const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+            place(Shape::half_space(c[0], c[1], c[2], -c[3] / length), object.plane_poses, k);
+            notes.push_back(element + ": a plane is taken for all that lies behind it");
+        }
+        take_names(object.id, shapes);
+        for (Obstacle& shape : shapes)
+            out.push_back(std::move(shape));
+        return true;
+    }
+
+    /// Gives each shape of an object a name of its own.
+    void take_names(const std::string& object, std::vector<Obstacle>& shapes) {
+        for (std::size_t k = 0; k < shapes.size(); ++k) {
+            if (shapes.size() > 1) shapes[k].name += "-" + std::to_string(k + 1);
+            names_[object].push_back(shapes[k].name);
+        }
+    }
+
+    /// The pyramid of 64 sides around a cone, whose tip is up and whose origin is in the middle of its height.
+    static Shape cone(double radius, double height) {
+        constexpr std::uint32_t SIDES = 64;
+        const double half_turn = std::acos(-1.0), rim = radius / std::cos(half_turn / SIDES);
+        std::vector<double> corners = {0, 0, height / 2, 0, 0, -height / 2};
+        std::vector<std::uint32_t> triangles;
+        for (std::uint32_t k = 0; k < SIDES; ++k) {
+            const double angle = 2 * half_turn * k / SIDES;
+            const std::uint32_t here = 2 + k, next = 2 + (k + 1) % SIDES;
+            corners.insert(corners.end(), {rim * std::cos(angle), rim * std::sin(angle), -height / 2});
+            triangles.insert(triangles.end(), {here, next, 0, next, here, 1});
+        }
+        return Shape::mesh(std::move(corners), std::move(triangles), true);
+    }
+
+    template <class Octomap>
+    bool read_octomap(const Octomap& message, const Placement& world) {
+        const auto& map = message.octomap;
+        if (map.data.empty()) return true;
+        const std::string element = "world.octomap";
+        const bool is_colour = map.id == "ColorOcTree";
+        if (map.id != "OcTree" && !is_colour)
+            return refuse(element + ": id: got \"" + shown(map.id) + "\", expected OcTree or ColorOcTree");
+        OctomapReader reader(reinterpret_cast<const signed char*>(map.data.data()), map.data.size(), map.binary,
+                             is_colour ? 3 : 0);
+        if (!reader.read())
+            return refuse(element + ": data: got " + std::to_string(map.data.size()) +
+                          " bytes, expected the nodes of one tree of depth 16");
+        const Pose pose = world.then(placement(message.origin.position, message.origin.orientation)).pose();
+        std::vector<Obstacle> shapes;
+        double side = map.resolution;
+        for (std::vector<std::int32_t>& cells : reader.leaves) {
+            if (!cells.empty()) shapes.push_back(Obstacle{OCTOMAP, Shape::voxels(std::move(cells), side), pose});
+            side *= 2;
+        }
+        take_names(OCTOMAP, shapes);
+        for (Obstacle& shape : shapes) {
+            standing_.insert(shape.name);
+            obstacles.push_back(std::move(shape));
+        }
+        return true;
+    }
+
+    template <class Attached>
+    bool read_attached(const Attached& attached) {
+        const auto& object = attached.object;
+        if (!is_added(object)) return true;
+        std::string frame = attached.link_name;
+        if (!is_in(object, frame, "that of the link that holds it")) return false;
+        const std::string element = "attached object \"" + shown(object.id) + "\"";
+        std::vector<Obstacle> shapes;
+        if (!read_object(object, element, Placement(), shapes)) return false;
+        for (Obstacle& shape : shapes) {
+            Held each{std::move(shape), attached.link_name, {}};
+            for (const std::string& link : attached.touch_links)
+                if (link != attached.link_name && bodies_.count(link)) each.touch.push_back(link);
+            held.push_back(std::move(each));
+        }
+        return true;
+    }
+
+    /// Names of the bodies that a name of the matrix stands for; none if there is no such body.
+    std::vector<std::string> bodies_of(const std::string& name) const {
+        const auto found = names_.find(name);
+        if (found != names_.end()) return found->second;
+        return bodies_.count(name) ? std::vector<std::string>{name} : std::vector<std::string>();
+    }
+
+    /// Collects the allowed pairs. An entry for a pair overrides defaults, and a default that forbids contact
+    /// overrides one that allows it.
+    template <class Matrix>
+    bool read_allowed(const Matrix& matrix) {
+        const std::vector<std::string>& names = matrix.entry_names;
+        const std::string element = "allowed_collision_matrix";
+        if (matrix.entry_values.size() != names.size())
+            return refuse(element + ": got " + std::to_string(names.size()) + " names and " +
+                          std::to_string(matrix.entry_values.size()) + " rows, expected as many");
+        std::map<std::pair<std::string, std::string>, bool> pairs;
+        const auto ordered = [](const std::string& a, const std::string& b) {
+            return a < b ? std::make_pair(a, b) : std::make_pair(b, a);
+        };
+        for (std::size_t row = 0; row < names.size(); ++row) {
+            const auto& enabled = matrix.entry_values[row].enabled;
+            if (enabled.size() != names.size())
+                return refuse(element + ": " + shown(names[row]) + ": got " + std::to_string(enabled.size()) +
+                              " values, expected " + std::to_string(names.size()));
+            for (std::size_t column = row + 1; column < names.size(); ++column)
+                pairs[ordered(names[row], names[column])] = enabled[column];
+        }
+        if (matrix.default_entry_names.size() != matrix.default_entry_values.size())
+            return refuse(element + ": got " + std::to_string(matrix.default_entry_names.size()) + " defaults and " +
+                          std::to_string(matrix.default_entry_values.size()) + " values, expected as many");
+        std::set<std::string> known = bodies_, refused;
+        for (const auto& [object, shapes] : names_)
+            known.insert(object);
+        for (std::size_t k = 0; k < matrix.default_entry_names.size(); ++k)
+            if (!matrix.default_entry_values[k]) refused.insert(matrix.default_entry_names[k]);
+        for (const std::string& name : matrix.default_entry_names)
+            for (const std::string& other : known)
+                if (other != name && !refused.count(name) && !refused.count(other))
+                    pairs.emplace(ordered(name, other), true);
+        for (const auto& [pair, is_allowed] : pairs) {
+            if (!is_allowed) continue;
+            for (const std::string& first : bodies_of(pair.first))
+                for (const std::string& second : bodies_of(pair.second))
+                    // Obstacles are never checked against each other.
+                    if (!standing_.count(first) || !standing_.count(second)) allowed.emplace_back(first, second);
+        }
+        return true;
+    }
+
+    /// MoveIt's name of the map.
+    static constexpr const char* OCTOMAP = "<octomap>";
+
+    std::set<std::string> bodies_, standing_;
+    /// Names of the shapes of each object.
+    std::map<std::string, std::vector<std::string>> names_;
+};
+
+/// Joints with one coordinate, and the index of that coordinate.
+inline std::map<std::string, std::size_t> coordinates(const Scene& world) {
+    std::map<std::string, std::size_t> known;
+    const std::vector<std::string> joints = world.joints();
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+        std::size_t first = 0, count = 0;
+        extricate_scene_joint_coordinates(world.get(), k, &first, &count);
+        if (count == 1) known[joints[k]] = first;
+    }
+    return known;
+}
+}  // namespace detail
+
+namespace detail {
+/// Whether only joints of a list move on a path; an empty list means that all may.
+inline bool moves_only(const std::vector<std::string>& may_move, const FixedStart& fixed) {
+    for (std::size_t k = 0; k < fixed.positions.size(); ++k) {
+        const bool is_listed = std::find(may_move.begin(), may_move.end(), fixed.positions[k].first) != may_move.end();
+        for (const std::vector<double>& row : fixed.path)
+            if (!may_move.empty() && !is_listed && row[k] != fixed.path[0][k]) return false;
+    }
+    return true;
+}
+
+/// The largest displacement of any point from a configuration beyond the limits to the nearest one within them [m];
+/// infinity if the robot collides with itself there.
+inline double displacement_to_limits(const Scene& world, const std::vector<double>& q,
+                                     const std::vector<double>& within) {
+    const Batch batch = query_batch(world.without_obstacles(), q);
+    if (batch.summaries.empty() || !batch.summaries[0].found) return HUGE_VAL;
+    for (std::size_t at = 0; at < q.size(); ++at)
+        if (std::abs(batch.witnesses[at] - within[at]) > 1e-9) return HUGE_VAL;
+    return batch.summaries[0].max_displacement;
+}
+
+inline std::string summary_of(const FixedStart& fixed, const FixLimits& limits, const Escape& escape) {
+    if (fixed.was_free) return "the start is free";
+    std::string text = "the start";
+    if (!fixed.colliding.empty())
+        text += " has " + fixed.colliding[0].first + " in collision with " + fixed.colliding[0].second;
+    if (fixed.colliding.size() > 1) text += " and " + std::to_string(fixed.colliding.size() - 1) + " more pairs";
+    if (!fixed.outside.empty())
+        text += std::string(fixed.colliding.empty() ? "" : ", and") + " is beyond a limit of " + fixed.outside[0];
+    char rest[240];
+    if (!escape) {
+        text += "; no path out of collision was found";
+        std::snprintf(rest, sizeof rest, " on which nothing gets more than 1 mm deeper, but one of %g m",
+                      escape.needed_tolerance());
+        return std::isnan(escape.needed_tolerance()) ? text : text + rest;
+    }
+    std::snprintf(rest, sizeof rest, "; %s is %.4f away, moves points by up to %.4f m and keeps %.4f m",
+                  fixed.fixed ? "its repair" : "the nearest free state", fixed.depth, fixed.max_displacement,
+                  fixed.clearance);
+    text += rest;
+    if (fixed.fixed) return text;
+    if (!moves_only(limits.joints, fixed)) return text + ", but moves joints that have to stay";
+    std::snprintf(rest, sizeof rest, ", more than the %.4f m that are allowed", limits.max_displacement);
+    return text + rest;
+}
+}  // namespace detail
+
+/// Repairs a start in a world. Joints that the world does not have are ignored. An escape that moves a joint which
+/// must stay is no repair here; a StartFixer then asks for one that does not.
+inline FixedStart fix_start(const Scene& world, const Positions& start, const FixLimits& limits = FixLimits()) {
+    FixedStart fixed;
+    if (!(limits.max_displacement >= 0)) {
+        detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) +
+                       ", expected 0 or more [m]");
+        return fixed;
+    }
+    const auto began = std::chrono::steady_clock::now();
+    const Solver solver(world);
+    if (!solver) return fixed;
+    const std::map<std::string, std::size_t> joints = detail::coordinates(world);
+    const auto config = [&](const Positions& positions) {
         std::vector<std::string> names;
         std::vector<double> values;
-        for (const auto& [joint, position] : start) {
-            if (!known.count(joint)) continue;
+        for (const auto& [joint, position] : positions) {
+            if (!joints.count(joint)) continue;
             names.push_back(joint);
             values.push_back(position);
         }
-        const std::vector<double> q = world.config(names, values);
-        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
+        return world.config(names, values);
+    };
+    const auto [lower, upper] = world.limits();
+    const auto clamped = [&, &lower = lower, &upper = upper](std::vector<double> q) {
+        for (const auto& joint : joints)
+            q[joint.second] = std::min(std::max(q[joint.second], lower[joint.second]), upper[joint.second]);
+        return q;
+    };
+    const std::vector<double> q = config(start);
+    if (last_status() != EXTRICATE_OK) return fixed;
+    // A path cannot begin beyond the limits: it begins where the start is moved straight onto them.
+    const std::vector<double> within = clamped(q);
+
+    EscapeOptions options;
+    options.aim = limits.clearance;
+    options.max_seconds = limits.max_seconds;
+    if (!limits.toward.empty()) {
+        std::map<std::string, double> goal(start.begin(), start.end());
+        for (const auto& [joint, position] : limits.toward)
+            goal[joint] = position;
+        options.toward = config(Positions(goal.begin(), goal.end()));
+        if (last_status() != EXTRICATE_OK) return fixed;
+        options.toward = clamped(options.toward);
+    }
+    Escape escape = solver.escape(within, options);
+    if (last_status() != EXTRICATE_OK) return fixed;
+    const double to_limits = q == within ? 0 : detail::displacement_to_limits(world, q, within);
+    // If nothing near keeps that much, something near may keep the clearance of the scene.
+    if (escape && to_limits + escape.max_displacement() > limits.max_displacement &&
+        !(limits.clearance <= world.clearance())) {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+        options.aim = world.clearance();
+        options.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
+        if (const Escape near = solver.escape(within, options)) escape = near;
     }
 
-    /// Repairs the start whose positions are in `state`, the text of a message: `planning_scene` itself or another
-    /// one.
-    FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
-                   const std::string& state_name, const FixLimits& limits = FixLimits()) {
-        const Scene world = in_world(planning_scene, name);
-        if (!world) return FixedStart();
-        const std::vector<double> q = world.config_text(state_name, state);
-        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
+    for (const auto& [joint, at] : joints) {
+        fixed.positions.emplace_back(joint, q[at]);
+        if (q[at] != within[at]) fixed.outside.push_back(joint);
+    }
+    for (const ExtricatePairDistance& each : escape.colliding())
+        fixed.colliding.push_back(world.names(each.pair));
+    const auto add = [&](const auto& row) {
+        fixed.path.emplace_back();
+        for (const auto& joint : joints)
+            fixed.path.back().push_back(row[joint.second]);
+    };
+    const Rows points = escape.points();
+    if (escape) {
+        if (q != within) add(q);
+        for (std::size_t k = 0; k < points.size(); ++k)
+            add(points[k]);
+        fixed.free_from = escape.free_from() + (q == within ? 0 : 1);
+        fixed.depth = world.metric_distance(q, points.back());
+        fixed.max_displacement = to_limits + escape.max_displacement();
+        fixed.clearance = solver.distance(points.back());
+        fixed.was_free = fixed.path.size() == 1;
+        fixed.fixed = fixed.max_displacement <= limits.max_displacement && detail::moves_only(limits.joints, fixed);
+    }
+    for (std::size_t k = 0; fixed.fixed && k < fixed.positions.size(); ++k)
+        fixed.positions[k].second = fixed.path.back()[k];
+    fixed.summary = detail::summary_of(fixed, limits, escape);
+    return fixed;
+}
+
+/// Repairs starts of one robot in the worlds of planning scenes. Any number of threads may use it.
+class StartFixer {
+public:
+    /// Makes the robot.
+    explicit StartFixer(Description description)
+        : robot_(moveit::robot(description)), description_(std::move(description)) {}
+    /// Takes a robot, perhaps with a model that was learned from it.
+    explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
+
+    /// Repairs a start in the world of a planning scene, whose positions of joints are not read. Joints that the robot
+    /// does not have are ignored.
+    template <class Message>
+    FixedStart fix(const Message& planning_scene, const Positions& start, const FixLimits& limits = FixLimits()) {
+        detail::WorldParts parts;
+        return parts.read(robot_, planning_scene) ? fix_in(parts, start, limits) : FixedStart();
     }
 
+    /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world
+    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second.
+    template <class Message>
+    void prepare(const Message& planning_scene) {
+        detail::WorldParts parts;
+        if (!parts.read(robot_, planning_scene) || parts.obstacles.empty()) return;
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts), last = preparing_]() mutable {
+            if (last.valid()) last.wait();
+            const Objects before = last_objects();
+            parts.padding = before.parts.padding;
+            parts.held = before.parts.held;
+            parts.add_obstacles(before.parts);
+            const Scene scene = parts.objects(robot_, before.parts, before.scene);
+            if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
+        }).share();
+    }
+
+    /// The robot alone.
     const Scene& robot() const { return robot_; }
 
 private:
-    /// Keeps the last world, because planners query the same one again and again.
-    Scene in_world(const std::string& text, const std::string& name) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (!world_ || text != text_) {
-            world_ = robot_.in_world_text(name, text);
-            text_ = text;
-        }
-        return world_;
-    }
+    /// A scene, or the reason why there is none.
+    struct Made {
+        Scene scene;
+        std::string error;
+    };
+    struct World {
+        std::uint64_t digest;
+        std::shared_future<Made> made;
+    };
+    /// The robot among objects, of which the next world is made.
+    struct Objects {
+        detail::WorldParts parts;
+        Scene scene;
+    };
 
-    /// Joints with one coordinate, and the index of that coordinate.
-    static std::map<std::string, std::size_t> coordinates(const Scene& world) {
-        std::map<std::string, std::size_t> known;
-        const std::vector<std::string> joints = world.joints();
-        for (std::size_t k = 0; k < joints.size(); ++k) {
-            std::size_t first = 0, count = 0;
-            extricate_scene_joint_coordinates(world.get(), k, &first, &count);
-            if (count == 1) known[joints[k]] = first;
+    FixedStart fix_in(const detail::WorldParts& parts, const Positions& start, const FixLimits& limits) {
+        const Made made = made_of(parts).get();
+        if (!made.scene) detail::refuse(made.error);
+        if (!made.scene) return FixedStart();
+        FixedStart fixed = fix_start(made.scene, start, limits);
+        if (last_status() != EXTRICATE_OK) return fixed;
+        if (!detail::moves_only(limits.joints, fixed) && !description_.urdf.empty()) {
+            const std::shared_ptr<StartFixer> locked = locked_fixer(start, limits);
+            if (!locked->robot_) return FixedStart();
+            return locked->fix_in(parts, start, limits);
         }
-        return known;
-    }
-
-    static Options options(const Scene& world, const FixLimits& limits) {
-        Options options;
-        options.max_seconds = limits.max_seconds;
-        options.clearance = limits.clearance;
-        if (limits.joints.empty()) return options;
-        for (const std::string& joint : world.joints()) {
-            bool may_move = false;
-            for (const std::string& other : limits.joints) may_move = may_move || other == joint;
-            if (!may_move) options.locked.push_back(joint);
-        }
-        return options;
-    }
-
-    FixedStart fixed(const Scene& world, const std::vector<double>& q, const FixLimits& limits) const {
-        FixedStart start;
-        if (!(limits.max_displacement >= 0)) {
-            extricate::detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) +
-                                      ", expected 0 or more [m]");
-            return start;
-        }
-        const auto began = std::chrono::steady_clock::now();
-        Options asked = options(world, limits);
-        Solver solver(world, asked);
-        if (!solver) return start;
-        std::optional<Answer> answer = solver.query(q);
-        if (!answer && last_status() != EXTRICATE_NOTHING_FREE) return start;
         const std::vector<std::string> known = robot_.warnings();
-        for (const std::string& warning : world.warnings())
-            if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
-        const auto is_far = [&] { return !answer || answer->max_displacement() > limits.max_displacement; };
-        // If nothing near keeps that much, something near may keep the clearance of the scene.
-        if (is_far() && limits.clearance > world.clearance()) {
-            asked.clearance = std::nan("");
-            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            // A solver takes no limit of 0.
-            asked.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
-            if (!solver.set_options(asked)) return start;
-            if (const std::optional<Answer> near = solver.query(q)) answer = near;
-        }
-        const std::map<std::string, std::size_t> joints = coordinates(world);
-        const bool is_allowed = !is_far();
-        for (const auto& [joint, at] : joints)
-            start.positions.emplace_back(joint, is_allowed ? answer->witness()[at] : q[at]);
-        if (!answer) {
-            start.summary = "the start is in collision, and no free state was found for the joints that may move";
-            return start;
-        }
-        start.was_free = answer->is_free();
-        start.fixed = is_allowed;
-        start.depth = answer->depth();
-        start.lower_bound = answer->lower_bound();
-        start.gap = answer->gap();
-        start.max_displacement = answer->max_displacement();
-        start.clearance = answer->summary().clearance;
-        for (const ExtricatePair& pair : answer->colliding()) start.colliding.push_back(world.names(pair));
-        for (std::size_t at : answer->outside())
-            for (const auto& [joint, coordinate] : joints)
-                if (coordinate == at) start.outside.push_back(joint);
-        start.summary = summary(start, limits);
-        return start;
+        fixed.notes = parts.notes;
+        for (const std::string& warning : made.scene.warnings())
+            if (std::find(known.begin(), known.end(), warning) == known.end()) fixed.notes.push_back(warning);
+        return fixed;
     }
 
-    static std::string summary(const FixedStart& start, const FixLimits& limits) {
-        if (start.was_free) return "the start is free";
-        std::string text = "the start";
-        if (!start.colliding.empty()) text += " has " + start.colliding[0].first + " in collision with " + start.colliding[0].second;
-        if (start.colliding.size() > 1) text += " and " + std::to_string(start.colliding.size() - 1) + " more pairs";
-        if (!start.outside.empty()) text += std::string(start.colliding.empty() ? "" : ", and") + " is beyond a limit of " + start.outside[0];
-        char rest[240];
-        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f), moves points by up to %.4f m and keeps %g m",
-                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound,
-                      start.max_displacement, start.clearance);
-        text += rest;
-        if (start.fixed) return text;
-        std::snprintf(rest, sizeof rest, ", more than the %.4f m that are allowed", limits.max_displacement);
-        return text + rest;
+    /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and
+    /// again.
+    std::shared_future<Made> made_of(const detail::WorldParts& parts) {
+        const std::uint64_t digest = parts.digest();
+        const std::lock_guard<std::mutex> lock(mutex_);
+        for (const World& world : worlds_)
+            if (world.digest == digest) return world.made;
+        worlds_.push_front({digest, std::async(std::launch::async, [this, parts] { return make(parts); }).share()});
+        // A world that is dropped is waited for if it is still being made.
+        if (worlds_.size() > 2) worlds_.pop_back();
+        return worlds_.front().made;
+    }
+
+    Made make(const detail::WorldParts& parts) {
+        // What is being prepared already is not prepared twice.
+        if (const std::shared_future<void> preparing = announced(); preparing.valid()) preparing.wait();
+        const Objects before = last_objects();
+        Made made;
+        const Scene objects = parts.objects(robot_, before.parts, before.scene);
+        made.scene = objects && !parts.allowed.empty() ? objects.disabled(parts.allowed) : objects;
+        if (!made.scene || !objects.prepare() || !made.scene.prepare()) return Made{Scene(), last_error()};
+        keep(Objects{parts, objects});
+        return made;
+    }
+
+    std::shared_future<void> announced() {
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        return preparing_;
+    }
+    Objects last_objects() {
+        const std::lock_guard<std::mutex> lock(objects_mutex_);
+        return objects_;
+    }
+    void keep(Objects objects) {
+        const std::lock_guard<std::mutex> lock(objects_mutex_);
+        objects_ = std::move(objects);
+    }
+
+    /// A fixer of the robot whose other joints stay where the start has them. The last one is kept.
+    std::shared_ptr<StartFixer> locked_fixer(const Positions& start, const FixLimits& limits) {
+        const std::map<std::string, std::size_t> known = detail::coordinates(robot_);
+        Description description = description_;
+        for (const auto& [joint, position] : start) {
+            const bool may_move = std::find(limits.joints.begin(), limits.joints.end(), joint) != limits.joints.end();
+            if (known.count(joint) && !may_move) description.locked.emplace_back(joint, position);
+        }
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (!locked_ || locked_->description_.locked != description.locked)
+            locked_ = std::make_shared<StartFixer>(std::move(description));
+        return locked_;
     }
 
     Scene robot_;
-    std::mutex mutex_;
-    std::string text_;
-    Scene world_;
+    Description description_;
+    std::mutex mutex_, objects_mutex_, preparing_mutex_;
+    Objects objects_;
+    std::shared_ptr<StartFixer> locked_;
+    // Last, so that their threads end before the rest does.
+    std::deque<World> worlds_;
+    std::shared_future<void> preparing_;
 };
 
 }  // namespace moveit

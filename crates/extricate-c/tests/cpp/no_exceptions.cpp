@@ -1,5 +1,6 @@
 // The same headers without exceptions: what fails gives an empty object, and last_status() and last_error() say why.
 #include <extricate_moveit.hpp>
+#include <messages.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -129,9 +130,14 @@ static void scenes(const Scene& scene) {
 }
 
 static void starts(const Scene& scene) {
-    using extricate::moveit::FixLimits;
-    extricate::moveit::StartFixer fixer(scene), broken{Scene()};
-    const std::string world = R"({"world": {"collision_objects": []}})";
+    using extricate::moveit::fix_start;
+    extricate::moveit::FixLimits limits;
+    const moveit_msgs::msg::PlanningScene world;
+    moveit_msgs::msg::PlanningScene broken;
+    broken.world.collision_objects.resize(1);
+    broken.world.collision_objects[0].id = "ball";
+    broken.world.collision_objects[0].primitives.resize(1);
+    extricate::moveit::StartFixer fixer(scene), none{Scene()};
     extricate::moveit::Positions start, nowhere;
     for (const std::string& joint : scene.joints()) {
         start.emplace_back(joint, 0.0);
@@ -140,17 +146,18 @@ static void starts(const Scene& scene) {
     const auto empty = [](const extricate::moveit::FixedStart& fixed) {
         return !fixed.fixed && fixed.summary.empty() && fixed.positions.empty();
     };
-    CHECK(empty(fixer.fix("{", "w.json", start)) && failed(EXTRICATE_INPUT, "w.json"));
-    CHECK(empty(fixer.fix(world, "w.json", nowhere)) && failed(EXTRICATE_CONFIGURATION, scene.joints()[0].c_str()));
-    CHECK(empty(fixer.fix(world, "w.json", "{", "state.json")) && failed(EXTRICATE_INPUT, "state.json"));
-    CHECK(empty(broken.fix(world, "w.json", start)) && failed(EXTRICATE_ARGUMENT, "scene: got a null pointer"));
-    FixLimits limits;
+    CHECK(empty(fixer.fix(broken, start)) && failed(EXTRICATE_ARGUMENT, "type: got 0"));
+    broken.world.collision_objects[0].primitives[0] = {shape_msgs::msg::SolidPrimitive::SPHERE, {-1.0}};
+    CHECK(empty(fixer.fix(broken, start)) && failed(EXTRICATE_ARGUMENT, "-1"));
+    CHECK(empty(fixer.fix(world, nowhere)) && failed(EXTRICATE_CONFIGURATION, scene.joints()[0].c_str()));
+    CHECK(empty(none.fix(world, start)) && failed(EXTRICATE_ARGUMENT, "scene: got a null pointer"));
+    CHECK(empty(fix_start(Scene(), start)) && failed(EXTRICATE_ARGUMENT, "scene"));
     limits.max_seconds = 0;
-    CHECK(empty(fixer.fix(world, "w.json", start, limits)) && failed(EXTRICATE_ARGUMENT, "options.max_seconds"));
-    limits = FixLimits();
+    CHECK(empty(fixer.fix(world, start, limits)) && failed(EXTRICATE_ARGUMENT, "max_seconds"));
+    limits = {};
     limits.max_displacement = std::nan("");
-    CHECK(empty(fixer.fix(world, "w.json", start, limits)) && failed(EXTRICATE_ARGUMENT, "limits.max_displacement"));
-    CHECK(fixer.fix(world, "w.json", start).fixed && extricate::last_status() == EXTRICATE_OK);
+    CHECK(empty(fixer.fix(world, start, limits)) && failed(EXTRICATE_ARGUMENT, "limits.max_displacement"));
+    CHECK(fixer.fix(world, start).fixed && extricate::last_status() == EXTRICATE_OK);
 }
 
 int main() {

@@ -1,2 +1,2 @@
 #pragma once
-#include <moveit/stub.hpp>
+#include <moveit_stub.hpp>

@@ -1,2 +1,0 @@
-#pragma once
-#include <moveit/stub.hpp>
