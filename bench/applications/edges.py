@@ -37,16 +37,16 @@ def scene_of(source, seed):
 
 def motions(scene, judge, seed, count):
     """Yields (kind, call, from, to, what it has to keep) for each edge."""
-    def path(kind, call, points, keep=(None, 0, None)):
-        """`keep` is that of the first edges, how many there are, and that of the last ones."""
+    def path(kind, call, points, keep=None, free_from=0):
+        """`keep` is that of the edges up to `free_from`; the others keep the clearance."""
         for k, (a, b) in enumerate(zip(points[:-1], points[1:])):
-            yield kind, call, a, b, keep[0] if k < keep[1] else None
+            yield kind, call, a, b, keep if k < free_from else None
 
     free, hit = (drawn_rows(scene, 2 * count, seed, colliding) for colliding in (False, True))
     for k, q in enumerate(hit[:count]):
         found = scene.escape(q, tolerance=TOLERANCE, tree_checks=1000, seed=k, **BUDGET)
         if found.points is not None:
-            yield from path("escape", k, found.points, (judge.keeps(q, TOLERANCE), found.free_from, None))
+            yield from path("escape", k, found.points, judge.keeps(q, TOLERANCE), found.free_from)
     if len(free) < 2 * count:
         return
     straight = scene.check_segments(free[:-1], free[1:], threads=1)
@@ -62,7 +62,7 @@ def motions(scene, judge, seed, count):
         if k < len(hit):
             found = scene.plan(hit[k], goal, seed=k, threads=1, **BUDGET)
             if found.points is not None:
-                yield from path("plan out of collision", k, found.points, (judge.keeps(hit[k], TOLERANCE), found.free_from, None))
+                yield from path("plan out of collision", k, found.points, judge.keeps(hit[k], TOLERANCE), found.free_from)
         found = scene.repair(free[k:k + 4], seed=k, max_checks=20_000)
         if found.points is not None:
             yield from path("repair", k, found.points)
@@ -110,7 +110,7 @@ def one(job):
 
 def judged(options):
     """Counts edges by kind, and those that the judge finds nearer than the clearance, or deeper than at the start of an escape."""
-    scenes = options.count or (8 if options.quick else 120)
+    scenes = options.count or (8 if options.quick else 180)
     jobs = [(name, seed) for seed in range(1 if options.quick else 2) for name in (*BUILT_IN, "humanoid")]
     jobs += [("drawn", seed) for seed in range(scenes)]
     jobs = [job for job in jobs if not options.scenes or job[0] in options.scenes]
