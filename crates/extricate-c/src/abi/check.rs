@@ -264,8 +264,8 @@ pub unsafe extern "C" fn extricate_contacts_free(contacts: *mut ExtricateContact
 
 /// Draws `count` uniformly random configurations within the limits, `nq` numbers each: with
 /// EXTRICATE_FREE or EXTRICATE_COLLIDING those of that kind alone, with EXTRICATE_ANY all. They
-/// depend on the scene and `seed` alone. All cores check them. If a million in a row are of the other kind, the call
-/// fails with EXTRICATE_INPUT.
+/// depend on the scene and `seed` alone. All cores check them. If a million in a row are of the
+/// other kind, the call fails with EXTRICATE_INPUT.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_sample(
     scene: *const ExtricateScene,

@@ -144,8 +144,8 @@ pub struct ExtricateEscapeSummary {
     /// Most that any pair that collides at the query was found deeper than there \[m\]. It is
     /// proved to be at most the tolerance.
     pub deepening: f64,
-    /// Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found \[m\]. It is nan
-    /// if a path was found, or if none is found with these either.
+    /// Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found \[m\]. It is
+    /// nan if a path was found, or if none is found with these either.
     pub needed_tolerance: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,

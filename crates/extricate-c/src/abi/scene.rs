@@ -87,9 +87,9 @@ pub unsafe extern "C" fn extricate_scene_builtin(
 /// it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
 /// depends only on scene, labels and seed, unless the time limit ended learning.
 ///
-/// `progress` is null, or a function that is called after each step, on any thread. It gets the state
-/// of the run and `progress_data`. If it returns false, the run ends and keeps what it has learned.
-/// It must not throw.
+/// `progress` is null, or a function that is called after each step, on any thread. It gets the
+/// state of the run and `progress_data`. If it returns false, the run ends and keeps what it has
+/// learned. It must not throw.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)]
 pub unsafe extern "C" fn extricate_learn(

@@ -334,9 +334,9 @@ pub unsafe extern "C" fn extricate_scene_statistics(scene: *const ExtricateScene
     scene.ok().and_then(ExtricateScene::statistics).map_or(std::ptr::null(), |text| text.as_ptr())
 }
 
-/// Returns the number of stored samples of the model, and points `samples` to the first number of the
-/// first one. They are free configurations beside the boundary, follow one another and have `nq`
-/// numbers each. Returns 0 if the scene has no model.
+/// Returns the number of stored samples of the model, and points `samples` to the first number of
+/// the first one. They are free configurations beside the boundary, follow one another and have
+/// `nq` numbers each. Returns 0 if the scene has no model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_samples(scene: *const ExtricateScene, samples: *mut *const f64) -> usize {
     // SAFETY: the contract of this module.

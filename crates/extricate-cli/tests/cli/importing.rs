@@ -19,7 +19,7 @@ const MESSAGE: &str = r#"{"robot_state": {"attached_collision_objects": [{"link_
     [{"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0, "z": 0}, {"x": 0, "y": 1, "z": 0}, {"x": 0, "y": 0, "z": 1}],
     "triangles": [{"vertex_indices": [0, 2, 1]}, {"vertex_indices": [0, 1, 3]}, {"vertex_indices": [1, 2, 3]}, {"vertex_indices": [2, 0, 3]}]}],
     "mesh_poses": [{"position": {"x": 1, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}],
-    "octomap": {"octomap": {"data": [1]}}}}"#;
+    "octomap": {"octomap": {"binary": false, "id": "", "resolution": 0.0, "data": []}}}, "object_colors": [{"id": "tray"}]}"#;
 
 fn workspace() -> Workspace {
     let workspace = Workspace::new();
@@ -71,9 +71,9 @@ fn a_planning_scene_brings_what_is_held_and_what_may_touch() {
         wrote.stdout,
         "wrote tray.toml: 1 obstacle, 1 attached object, 2 disabled pairs\nwrote tray-meshes/tray.obj\n"
     );
-    assert!(wrote.stderr.contains("extricate: warning: world.octomap is not taken"), "{}", wrote.stderr);
+    assert!(wrote.stderr.contains("extricate: warning: colours are not taken"), "{}", wrote.stderr);
     let head = std::fs::read_to_string(workspace.path("tray.toml")).unwrap();
-    assert!(head.starts_with("# Imported by extricate from tray.json\n# world.octomap is not taken"), "{head}");
+    assert!(head.starts_with("# Imported by extricate from tray.json\n# colours are not taken"), "{head}");
     // The ball may touch the tray, but the rod that it holds may not.
     for scene in ["tray.toml", "ball.urdf --world tray.json"] {
         let (depth, colliding) = asked(&workspace, scene, 1.2);

@@ -262,8 +262,8 @@ macro_rules! calls {
             /// max_step: with frames, the longest step from row to row, in the scene's metric. The
             ///     result lags behind longer steps. None for no limit.
             /// touch: with frames, pairs of bodies that are at most this far apart [m] beyond the
-            ///     clearance in a row, or overlap there, stay as near if they can, such as a sole and
-            ///     the ground. None keeps no contacts.
+            ///     clearance in a row, or overlap there, stay as near if they can, such as a sole
+            ///     and the ground. None keeps no contacts.
             /// resolution: how finely edges are proved [m].
             /// seed: seed of all random numbers.
             /// max_checks, max_seconds: limits at which to give up.
