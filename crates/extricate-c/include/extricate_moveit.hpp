@@ -281,9 +281,10 @@ private:
         if (children != 0 && level == 0) return false;
         if (children == 0 && log_odds >= 0) add(level, first);
         for (int index = 0; index < 8; ++index) {
+            if (!(children >> index & 1)) continue;
             std::int32_t corner[3];
             child(level, first, index, corner);
-            if ((children >> index & 1) && !full_node(level - 1, corner)) return false;
+            if (!full_node(level - 1, corner)) return false;
         }
         return true;
     }
