@@ -61,7 +61,7 @@ check_libdir() {
     local prefix=$here/prefix
     echo "installed into $libdir"
     mkdir -p "$here"
-    cargo cinstall --quiet --locked --debug --package extricate-c --prefix="$prefix" --libdir="$libdir"
+    CARGO_TERM_QUIET=true cargo cinstall --locked --debug --package extricate-c --prefix="$prefix" --libdir="$libdir"
     local file
     for file in include/extricate.h include/extricate.hpp include/extricate_moveit.hpp share/licenses/extricate/LICENSE-{MIT,APACHE} \
         share/cmake/extricate/extricateConfig{,Version}.cmake "$libdir/libextricate_c.a" "$libdir/libextricate_c.so.$version"; do
@@ -113,7 +113,7 @@ check_libdir() {
 check_static_alone() {
     local prefix=$work/static flags
     echo "the static library alone"
-    cargo cinstall --quiet --locked --debug --package extricate-c --library-type=staticlib --prefix="$prefix" --libdir=lib
+    CARGO_TERM_QUIET=true cargo cinstall --locked --debug --package extricate-c --library-type=staticlib --prefix="$prefix" --libdir=lib
     flags=$(PKG_CONFIG_PATH=$prefix/lib/pkgconfig pkg-config --cflags --libs extricate)
     # shellcheck disable=SC2086
     ${CXX:-c++} -std=c++17 "$crate/examples/first_query.cpp" $flags -o "$work/static_alone"
@@ -128,7 +128,7 @@ check_windows() {
         return
     fi
     echo "installed for Windows"
-    cargo cinstall --quiet --locked --debug --package extricate-c --target "$target" --prefix="$here/prefix" --libdir=lib
+    CARGO_TERM_QUIET=true cargo cinstall --locked --debug --package extricate-c --target "$target" --prefix="$here/prefix" --libdir=lib
     copy_examples "$here/examples"
     cmake_builds "$here/examples" -DCMAKE_SYSTEM_NAME=Windows -DCMAKE_C_COMPILER="$tools-gcc" -DCMAKE_CXX_COMPILER="$tools-g++" \
         -DCMAKE_PREFIX_PATH="$here/prefix" -DCMAKE_DISABLE_FIND_PACKAGE_ompl=ON

@@ -27,7 +27,7 @@ if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
 fi
 
 # Built as the tests are: with assertions.
-cargo cinstall --quiet --locked --debug --package extricate-c --prefix="$work/prefix" --libdir=lib
+CARGO_TERM_QUIET=true cargo cinstall --locked --debug --package extricate-c --prefix="$work/prefix" --libdir=lib
 export PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig LD_LIBRARY_PATH=$work/prefix/lib
 flags=$(pkg-config --cflags --libs extricate)
 warnings="-Wall -Wextra -Wpedantic -Werror"
