@@ -512,8 +512,8 @@ typedef struct ExtricateEscapeSummary {
     // Most that any pair that collides at the query was found deeper than there [m]. It is
     // proved to be at most the tolerance.
     double deepening;
-    // Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found [m]. It is nan
-    // if a path was found, or if none is found with these either.
+    // Least of 1, 2, 5 and 10 mm with which, as a larger tolerance, a path is found [m]. It is
+    // nan if a path was found, or if none is found with these either.
     double needed_tolerance;
     // Length of the path in the scene's metric.
     double length;
@@ -593,6 +593,10 @@ typedef struct ExtricateRepairOptions {
     // With `frames`: the longest step from frame to frame, in the scene's metric: more than 0;
     // infinity by default, for no limit. The result lags behind steps that are longer.
     double max_step;
+    // With `frames`: pairs that are at most this far apart beyond the clearance in a row, or
+    // overlap there, stay as near if they can: more than 0 [m]; nan by default, which keeps no
+    // contacts.
+    double touch;
     // Resolution at which edges are proved: 0 to 1e9 [m]; 1e-4 by default.
     double resolution;
     // Seed of all random numbers; 0 by default.
@@ -623,6 +627,10 @@ typedef struct ExtricateRepairedSummary {
     size_t stretches;
     // Number of gaps in these stretches that trees had to close.
     size_t gaps;
+    // Number of pairs that touch, summed over the rows; 0 if `touch` of the options is nan.
+    size_t touched;
+    // Number of these that touch in the result.
+    size_t kept;
     // Number of configurations at which the exact checker evaluated anything.
     uint64_t checks;
 } ExtricateRepairedSummary;
@@ -816,11 +824,10 @@ bool extricate_scene_is_learned(const struct ExtricateScene *scene);
 // scene; null if the scene has no model. docs/reference/statistics.md describes the keys.
 const char *extricate_scene_statistics(const struct ExtricateScene *scene);
 
-// Returns the number of stored samples of the model, and points `samples` to the first number of the
-// first one. They are free configurations beside the boundary, follow one another and have `nq`
-// numbers each. Returns 0 if the scene has no model.
-size_t extricate_scene_samples(const struct ExtricateScene *scene,
-                               const double **samples);
+// Returns the number of stored samples of the model, and points `samples` to the first number of
+// the first one. They are free configurations beside the boundary, follow one another and have
+// `nq` numbers each. Returns 0 if the scene has no model.
+size_t extricate_scene_samples(const struct ExtricateScene *scene, const double **samples);
 
 // Returns the number of warnings about the scene, such as open meshes, defaults that were assumed,
 // and ignored content of a message of MoveIt; 0 if `scene` is null.
@@ -856,9 +863,9 @@ ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene 
 // it is more than 0, and infinity means no limit. `threads` is 0 for one per core. The model
 // depends only on scene, labels and seed, unless the time limit ended learning.
 //
-// `progress` is null, or a function that is called after each step, on any thread. It gets the state
-// of the run and `progress_data`. If it returns false, the run ends and keeps what it has learned.
-// It must not throw.
+// `progress` is null, or a function that is called after each step, on any thread. It gets the
+// state of the run and `progress_data`. If it returns false, the run ends and keeps what it has
+// learned. It must not throw.
 ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
                                 size_t labels,
                                 double seconds,
@@ -1081,6 +1088,20 @@ ExtricateStatus extricate_contacts(const struct ExtricateSolver *solver,
                                    double within,
                                    struct ExtricateContacts **contacts);
 
+// Makes the nearest contact of every pair of bodies that are nearer to each other than `within`
+// [m], with the gradient of its distance. These are the rows that controllers and quadratic
+// programs take. Otherwise as extricate_contacts().
+ExtricateStatus extricate_distance_rows(const struct ExtricateSolver *solver,
+                                        const double *q,
+                                        size_t nq,
+                                        double within,
+                                        struct ExtricateContacts **contacts);
+
+// Returns the gradients of the distances of contacts that extricate_distance_rows() made: `nv`
+// numbers for each contact [m per rad or m], in tangent coordinates. Returns null if there are
+// none.
+const double *extricate_contacts_gradients(const struct ExtricateContacts *contacts);
+
 // Returns the number of contacts, and points `list` to them.
 size_t extricate_contacts_list(const struct ExtricateContacts *contacts,
                                const struct ExtricateContact **list);
@@ -1090,8 +1111,8 @@ void extricate_contacts_free(struct ExtricateContacts *contacts);
 
 // Draws `count` uniformly random configurations within the limits, `nq` numbers each: with
 // EXTRICATE_FREE or EXTRICATE_COLLIDING those of that kind alone, with EXTRICATE_ANY all. They
-// depend on the scene and `seed` alone. All cores check them. If a million in a row are of the other kind, the call
-// fails with EXTRICATE_INPUT.
+// depend on the scene and `seed` alone. All cores check them. If a million in a row are of the
+// other kind, the call fails with EXTRICATE_INPUT.
 ExtricateStatus extricate_sample(const struct ExtricateScene *scene,
                                  uint32_t kind,
                                  size_t count,

@@ -918,6 +918,7 @@ struct RepairOptions {
     double max_deviation = HUGE_VAL;
     bool frames = false;
     double max_step = HUGE_VAL;
+    double touch = std::nan("");
     double resolution = 1e-4;
     std::uint64_t seed = 0;
     std::size_t max_checks = 100000;
@@ -1062,6 +1063,10 @@ public:
     [[nodiscard]] std::size_t stretches() const { return summary().stretches; }
     /// Number of gaps in these stretches that trees had to close.
     [[nodiscard]] std::size_t gaps() const { return summary().gaps; }
+    /// Number of pairs that touch, summed over the rows; 0 without `touch`.
+    [[nodiscard]] std::size_t touched() const { return summary().touched; }
+    /// Number of these that touch in the result.
+    [[nodiscard]] std::size_t kept() const { return summary().kept; }
     /// Number of configurations at which the exact checker evaluated anything.
     [[nodiscard]] std::uint64_t checks() const { return summary().checks; }
     /// The handle, for the functions of extricate.h.
@@ -1107,6 +1112,14 @@ private:
         void operator()(ExtricateRoadmap* roadmap) const { extricate_roadmap_free(roadmap); }
     };
     std::unique_ptr<ExtricateRoadmap, Free> roadmap_;
+};
+
+/// The distance of a pair of bodies, and how it changes.
+struct DistanceRow {
+    /// The nearest contact of the pair.
+    ExtricateContact contact;
+    /// Derivative of its distance over the tangent coordinates [m per rad or m].
+    std::vector<double> gradient;
 };
 
 /// Answers queries of a scene with options that stay between calls, and checks configurations. Any number of
@@ -1175,6 +1188,20 @@ public:
         const std::size_t count = extricate_contacts_list(out, &list);
         return std::vector<ExtricateContact>(list, list + count);
     }
+    /// The nearest contact of every pair nearer than `within` [m], with the gradient of its distance: the rows that
+    /// controllers take. See extricate_distance_rows().
+    [[nodiscard]] std::vector<DistanceRow> distance_rows(Config q, double within) const {
+        ExtricateContacts* out = nullptr;
+        if (!detail::succeeded(extricate_distance_rows(solver_.get(), q.data(), q.size(), within, &out))) return {};
+        const std::unique_ptr<ExtricateContacts, void (*)(ExtricateContacts*)> held(out, extricate_contacts_free);
+        const ExtricateContact* list = nullptr;
+        const std::size_t count = extricate_contacts_list(out, &list), nv = scene_.nv();
+        const double* gradients = extricate_contacts_gradients(out);
+        std::vector<DistanceRow> rows;
+        for (std::size_t at = 0; at < count; ++at)
+            rows.push_back({list[at], std::vector<double>(gradients + at * nv, gradients + (at + 1) * nv)});
+        return rows;
+    }
     /// Checks whether the whole straight segment is free, by proof, not by sampling.
     [[nodiscard]] ExtricateSegment check_segment(Config from, Config to, double resolution = 1e-4) const {
         ExtricateSegment segment{};
@@ -1220,6 +1247,7 @@ public:
         raw.max_deviation = options.max_deviation;
         raw.frames = options.frames;
         raw.max_step = options.max_step;
+        raw.touch = options.touch;
         raw.resolution = options.resolution;
         raw.seed = options.seed;
         raw.max_checks = options.max_checks;

@@ -119,6 +119,7 @@ pub fn of_repairs() -> ExtricateRepairOptions {
         max_deviation: own.max_deviation.unwrap_or(f64::INFINITY),
         frames: own.frames.into(),
         max_step: own.max_step.unwrap_or(f64::INFINITY),
+        touch: own.touch.unwrap_or(f64::NAN),
         resolution: own.resolution,
         seed: own.seed,
         max_checks: limits.max_checks,
@@ -152,6 +153,7 @@ pub unsafe fn repair(at: *const ExtricateRepairOptions) -> Result<RepairOptions>
     options.aim = (!given.aim.is_nan()).then_some(given.aim);
     options.max_deviation = (given.max_deviation != f64::INFINITY).then_some(given.max_deviation);
     options.max_step = (given.max_step != f64::INFINITY).then_some(given.max_step);
+    options.touch = (!given.touch.is_nan()).then_some(given.touch);
     Ok(options)
 }
 

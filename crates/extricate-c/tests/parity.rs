@@ -61,6 +61,10 @@ const TABLE: &[(&str, There)] = &[
     ("Scene.distances", At(&["extricate_distance_batch"], &["Scene::distances"])),
     ("Scene.pair_distances", At(&["extricate_pair_distances"], &["Solver::pair_distances"])),
     ("Scene.contacts", At(&["extricate_contacts"], &["Solver::contacts"])),
+    (
+        "Scene.distance_jacobians",
+        At(&["extricate_distance_rows", "extricate_contacts_gradients"], &["Solver::distance_rows"]),
+    ),
     ("Scene.check_segments", At(&["extricate_check_segment_batch"], &["Scene::check_segments"])),
     ("Scene.robot_filter", At(&["extricate_scene_robot_filter"], &["Scene::robot_filter"])),
     ("Scene.colliding_pairs", At(&["extricate_colliding_pairs"], &["Solver::colliding_pairs"])),

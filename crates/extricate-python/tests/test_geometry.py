@@ -88,3 +88,18 @@ def test_contacts_are_told_of_free_configurations_too() -> None:
         scene.contacts([0.0])  # type: ignore[call-arg]
     with pytest.raises(ValueError, match="within: got NaN, expected a finite distance"):
         scene.contacts([0.0], within=np.nan)
+
+
+def test_jacobians_are_derivatives_of_distances(planar: Scene) -> None:
+    Q = planar.sample(20, seed=3, colliding=False)
+    rows = planar.distance_jacobians(Q, within=0.2)
+    assert len(rows) == len(np.unique(planar.contacts(Q, within=0.2)[["row", "pair"]])) > 10
+    step, agree = 1e-6, 0
+    for row in rows:
+        sides = Q[row["row"]] + step * np.concatenate([np.eye(planar.nq), -np.eye(planar.nq)])
+        distances = planar.pair_distances(np.clip(sides, planar.lower, planar.upper))[:, row["pair"]]
+        slopes = (distances[: planar.nq] - distances[planar.nq :]) / (2 * step)
+        agree += bool(np.abs(slopes - row["jacobian"]).max() < 1e-5)
+    assert agree >= 0.9 * len(rows)
+    box = Scene.builtin("free-box")
+    assert box.distance_jacobians([0.3, 0, 0, 0, 0, 0, 1], within=0.5)["jacobian"].shape[1] == box.nv == 6

@@ -47,7 +47,7 @@ pub use applications::motion::{
     Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
 };
 pub use applications::stream::{Stream, StreamOptions};
-pub use collision::{CheckScratch, Checker, Contact, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
+pub use collision::{CheckScratch, Checker, Contact, DistanceRow, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
 pub use io::{LoadOptions, load_model, load_scene, load_scene_with, load_scene_within, save_model};

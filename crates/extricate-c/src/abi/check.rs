@@ -237,9 +237,52 @@ pub unsafe extern "C" fn extricate_contacts(
         solver.with_scratch(|scratch| solver.checker().contacts_within(&q, within, scratch, &mut found));
         let scene = solver.scene();
         let found = found.iter().map(|contact| answer_to_c::contact(scene, contact)).collect();
-        contacts.hand_over(ExtricateContacts { contacts: found });
+        contacts.hand_over(ExtricateContacts { contacts: found, gradients: Vec::new() });
         Ok(())
     })
+}
+
+/// Makes the nearest contact of every pair of bodies that are nearer to each other than `within`
+/// \[m\], with the gradient of its distance. These are the rows that controllers and quadratic
+/// programs take. Otherwise as extricate_contacts().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_distance_rows(
+    solver: *const ExtricateSolver,
+    q: *const f64,
+    nq: usize,
+    within: f64,
+    contacts: *mut *mut ExtricateContacts,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
+    // SAFETY: the same.
+    let contacts = unsafe { raw::place(contacts, "contacts") };
+    guarded(|| {
+        let (solver, contacts) = (&solver?.solver, contacts?);
+        if !within.is_finite() {
+            return Err(Fault::argument(format!("within: got {within}, expected a finite distance [m]")));
+        }
+        let (scene, q) = (solver.scene(), solver.scene().config(q?)?);
+        let rows = solver.with_scratch(|scratch| solver.checker().distance_rows(&q, within, scratch));
+        contacts.hand_over(ExtricateContacts {
+            contacts: rows.iter().map(|row| answer_to_c::contact(scene, &row.contact)).collect(),
+            gradients: rows.into_iter().flat_map(|row| row.gradient).collect(),
+        });
+        Ok(())
+    })
+}
+
+/// Returns the gradients of the distances of contacts that extricate_distance_rows() made: `nv`
+/// numbers for each contact \[m per rad or m\], in tangent coordinates. Returns null if there are
+/// none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_contacts_gradients(contacts: *const ExtricateContacts) -> *const f64 {
+    // SAFETY: the contract of this module.
+    let contacts = unsafe { raw::shared(contacts, "contacts") };
+    match contacts {
+        Ok(contacts) if !contacts.gradients.is_empty() => contacts.gradients.as_ptr(),
+        _ => std::ptr::null(),
+    }
 }
 
 /// Returns the number of contacts, and points `list` to them.

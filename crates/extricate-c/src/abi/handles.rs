@@ -123,6 +123,8 @@ pub struct ExtricateMesh {
 /// until they are freed.
 pub struct ExtricateContacts {
     pub(crate) contacts: Vec<ExtricateContact>,
+    /// Gradients of the distances, one after another; empty if they were not requested.
+    pub(crate) gradients: Vec<f64>,
 }
 
 /// Positions by joint. They never change, and pointers to them stay valid until they are freed.

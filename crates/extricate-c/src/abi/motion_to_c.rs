@@ -54,6 +54,8 @@ pub fn repaired(repaired: Repaired) -> ExtricateRepaired {
         length_before: repaired.length_before,
         stretches: repaired.stretches,
         gaps: repaired.gaps,
+        touched: repaired.touched,
+        kept: repaired.kept,
         checks: repaired.checks as u64,
     };
     ExtricateRepaired { summary, points: repaired.points.concat(), places: repaired.places }

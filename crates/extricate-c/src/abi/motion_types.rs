@@ -106,6 +106,10 @@ pub struct ExtricateRepairOptions {
     /// With `frames`: the longest step from frame to frame, in the scene's metric: more than 0;
     /// infinity by default, for no limit. The result lags behind steps that are longer.
     pub max_step: f64,
+    /// With `frames`: pairs that are at most this far apart beyond the clearance in a row, or
+    /// overlap there, stay as near if they can: more than 0 \[m\]; nan by default, which keeps no
+    /// contacts.
+    pub touch: f64,
     /// Resolution at which edges are proved: 0 to 1e9 \[m\]; 1e-4 by default.
     pub resolution: f64,
     /// Seed of all random numbers; 0 by default.
@@ -193,6 +197,10 @@ pub struct ExtricateRepairedSummary {
     pub stretches: usize,
     /// Number of gaps in these stretches that trees had to close.
     pub gaps: usize,
+    /// Number of pairs that touch, summed over the rows; 0 if `touch` of the options is nan.
+    pub touched: usize,
+    /// Number of these that touch in the result.
+    pub kept: usize,
     /// Number of configurations at which the exact checker evaluated anything.
     pub checks: u64,
 }

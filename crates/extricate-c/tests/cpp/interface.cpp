@@ -339,6 +339,9 @@ static void geometry(const Scene& scene, const Rows& rows, const std::vector<Ans
     const std::vector<ExtricateContact> near = solver.contacts(rows[0], 0.05);
     CHECK(near.size() >= colliding.size());
     for (const ExtricateContact& contact : near) CHECK(contact.distance < 0.05 && contact.pair.first < contact.pair.second);
+    const std::vector<extricate::DistanceRow> rows_near = solver.distance_rows(rows[0], 0.05);
+    CHECK(!rows_near.empty() && rows_near.size() <= near.size());
+    for (const extricate::DistanceRow& row : rows_near) CHECK(row.gradient.size() == scene.nv() && row.contact.distance < 0.05);
     CHECK(scene.always_colliding().empty());
     const std::vector<double> any = scene.sample(3, extricate::Sample::any, 7);
     const std::vector<double> hits = scene.sample(5, extricate::Sample::colliding, 7);

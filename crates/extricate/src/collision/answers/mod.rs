@@ -3,12 +3,14 @@
 mod collisions;
 mod depth;
 mod filter;
+mod jacobian;
 mod label;
 mod never_free;
 mod pair_answers;
 pub mod recent_pairs;
 mod solids;
 
+pub use jacobian::DistanceRow;
 pub use never_free::{disable_list, misses_allowed};
 pub use pair_answers::{
     always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of,
@@ -165,6 +167,17 @@ impl Checker {
     /// whatever clearances they keep. All else is as in [`Checker::contacts`].
     pub fn contacts_within(&self, q: &[f64], within: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         pair_answers::contacts_within(self, q, within, scratch, contacts);
+    }
+
+    /// Returns the nearest contact of every checked pair that is nearer than `within` \[m\] at
+    /// `q`, in the order of the pairs, with the gradient of its distance. These are the rows that
+    /// quadratic programs and barrier functions of controllers take.
+    ///
+    /// # Guarantee
+    /// Distances are those of [`Checker::contacts_within`]. The gradient is the derivative of the
+    /// distance, unless the nearest points jump, as between parallel faces.
+    pub fn distance_rows(&self, q: &[f64], within: f64, scratch: &mut CheckScratch) -> Vec<DistanceRow> {
+        jacobian::distance_rows(self, q, within, scratch)
     }
 
     /// Returns the signed distance \[m\] of every checked pair at `q`, in the order of the pairs.
