@@ -30,11 +30,13 @@ int main(int argc, char** argv) {
     const extricate::Scene scene = argc > 2 ? extricate::Scene(argv[1]) : extricate::Scene::builtin("planar-arm");
     const std::size_t nq = scene.nq();
     const std::vector<double> path = argc > 2 ? read(argv[2], nq) : std::vector<double>{-1.5, 0, 0, 1.5, 0, 0};
-    const std::size_t rows = scene.rows_of(path), edges = rows > 0 ? rows - 1 : 0;
+    const std::size_t rows = scene.rows_of(path);
+    if (rows < 2) return std::fprintf(stderr, "%s: got %zu configurations, expected two or more\n", argv[2], rows), 2;
+    const std::size_t edges = rows - 1;
     const extricate::Solver solver(scene);
 
     const std::vector<ExtricateSegment> segments =
-        scene.check_segments({path.data(), edges * nq}, {path.data() + (edges ? nq : 0), edges * nq});
+        scene.check_segments({path.data(), edges * nq}, {path.data() + nq, edges * nq});
     const auto first = std::find_if(segments.begin(), segments.end(), [](const auto& segment) { return !segment.is_free; });
     if (first == segments.end()) return std::printf("all %zu edges are proved free\n", edges), 0;
     const auto [a, b] = scene.names(first->pair);

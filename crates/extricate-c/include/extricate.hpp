@@ -1234,6 +1234,10 @@ public:
     }
     /// The same with a roadmap of earlier plans, which it extends.
     [[nodiscard]] Plan plan(Config start, Config goal, Roadmap& roadmap, const PlanOptions& options = {}) const {
+        if (!roadmap.get()) {
+            detail::refuse("roadmap: got none, expected one that was made or loaded");
+            return Plan();
+        }
         return plan_in(roadmap.get(), start, goal, options);
     }
     /// A path that is proved free, as near as it can to the path of the consecutive configurations in `rows`;

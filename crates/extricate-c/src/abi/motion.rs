@@ -126,7 +126,7 @@ pub unsafe extern "C" fn extricate_plan(
     // SAFETY: the same.
     let (goal, plan) = unsafe { (raw::slice(goal, nq, "goal"), raw::place(plan, "plan")) };
     // SAFETY: the same.
-    let roadmap = unsafe { raw::exclusive(roadmap, "roadmap") }.ok();
+    let roadmap = if roadmap.is_null() { Ok(None) } else { unsafe { raw::exclusive(roadmap, "roadmap") }.map(Some) };
     guarded(|| {
         let (solver, plan) = (&solver?.solver, plan?);
         // SAFETY: the same.
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn extricate_plan(
             solver.scene().config(values).map_err(|error| Fault::from(error).of(name))
         };
         let (start, goal) = (end("start", start?)?, end("goal", goal?)?);
-        let found = match roadmap {
+        let found = match roadmap? {
             Some(roadmap) => solver.plan_with(&start, &goal, &options, &mut roadmap.roadmap),
             None => solver.plan(&start, &goal, &options),
         };

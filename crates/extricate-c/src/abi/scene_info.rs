@@ -149,22 +149,23 @@ pub unsafe extern "C" fn extricate_scene_config(
     // SAFETY: the same.
     let (names, positions) =
         unsafe { (raw::texts(names, count, "names"), raw::slice(positions, position_count, "positions")) };
-    let one_each = vec![1; if sizes.is_null() { count.min(position_count) } else { 0 }];
     // SAFETY: the same.
-    let sizes = if sizes.is_null() { Ok(one_each.as_slice()) } else { unsafe { raw::slice(sizes, count, "sizes") } };
+    let sizes = if sizes.is_null() { Ok(None) } else { unsafe { raw::slice(sizes, count, "sizes") }.map(Some) };
     // SAFETY: the same.
     let q = unsafe { raw::places(q, nq, "q") };
     guarded(|| {
         let (scene, names, positions, mut q) = (scene?.scene(), names?, positions?, q?);
+        let sizes = sizes?.map_or_else(|| vec![1; names.len()], <[usize]>::to_vec);
         let mut rest = positions;
         let mut named = Vec::with_capacity(names.len());
-        for (name, size) in names.into_iter().zip(sizes?) {
+        for (name, size) in names.into_iter().zip(&sizes) {
             let Some((own, after)) = rest.split_at_checked(*size) else { break };
             named.push((name, own));
             rest = after;
         }
         if named.len() != count || !rest.is_empty() {
-            let said = "expected the sum of the sizes of the joints";
+            let sum = sizes.iter().fold(0, |sum: usize, size| sum.saturating_add(*size));
+            let said = format!("expected {sum}, the sum of the sizes of the joints");
             return Err(Fault::argument(format!("position_count: got {position_count}, {said}")));
         }
         let own = scene.space().nq();

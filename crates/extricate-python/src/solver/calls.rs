@@ -263,7 +263,8 @@ macro_rules! calls {
             ///     result lags behind longer steps. None for no limit.
             /// touch: with frames, pairs of bodies that are at most this far apart [m] beyond the
             ///     clearance in a row, or overlap there, stay as near if they can, such as a sole
-            ///     and the ground. None keeps no contacts.
+            ///     and the ground. The default of `aim` is then at most half of it. None keeps no
+            ///     contacts.
             /// resolution: how finely edges are proved [m].
             /// seed: seed of all random numbers.
             /// max_checks, max_seconds: limits at which to give up.

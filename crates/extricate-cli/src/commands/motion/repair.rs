@@ -52,8 +52,8 @@ pub struct RepairArgs {
     /// behind longer steps
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     max_step: Option<f64>,
-    /// With --frames, keep contacts: pairs of bodies at most this far apart in a line, or that
-    /// overlap there, stay as near if they can
+    /// With --frames, keep contacts: pairs of bodies that are at most this far beyond the clearance
+    /// in a line, or overlap there, stay as near if they can
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     touch: Option<f64>,
     /// Seed of the random numbers

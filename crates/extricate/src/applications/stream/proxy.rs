@@ -160,7 +160,8 @@ impl Proxy {
         aimed.metric.quadratic_model(anchor, config, poses, &mut subproblem.quadratic);
         let apart = Context { touching: TouchingPairs::default(), ..*aimed };
         // Pairs that cannot all stay in touch may part.
-        let is_possible = [aimed, &apart].into_iter().any(|context| {
+        let tries = if aimed.touching.pairs.is_empty() { &[aimed][..] } else { &[aimed, &apart] };
+        let is_possible = tries.iter().any(|context| {
             subproblem.build(context, config, radius, (&evaluator.contacts, poses));
             subproblem.solve(f64::INFINITY) != QpOutcome::Infeasible
         });

@@ -3,6 +3,7 @@
 //! A proxy follows the rows, as in a continuous stream: it moves only where its way is proved free.
 
 use super::old_path::Point;
+use super::options::HELD_SHARE;
 use super::repairer::Repairer;
 use crate::applications::stream::{DEFAULT_MARGIN_M, Follower, StreamOptions};
 use crate::collision::{ContactQuery, ContactSearch};
@@ -12,8 +13,6 @@ use crate::scene::PairId;
 /// Clearance that is aimed at beyond the scene's, as a share of the distance up to which pairs
 /// touch.
 const HELD_AIM_SHARE: f64 = 0.5;
-/// Share of that distance within which they are held: steps are linear, contacts bend.
-const HELD_SHARE: f64 = 0.9;
 
 impl Repairer<'_> {
     /// Returns one free configuration for each row, joined by proved edges. Returns `None` if the

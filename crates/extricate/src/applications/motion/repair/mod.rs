@@ -50,6 +50,7 @@ impl Solver {
     /// limits: the row is named. [`Error::Option`] for an option that makes no sense.
     pub fn repair(&self, points: Rows, options: &RepairOptions) -> Result<Repaired> {
         options.check()?;
+        options.check_touch(self.checker().base_clearance())?;
         let space = &self.scene().space;
         let config = |(row, q): (usize, &[f64])| {
             space.config(q).map_err(|error| Error::input("path", format!("row {row}"), error.to_string()))

@@ -11,6 +11,10 @@ use crate::query::{Context, Termination};
 /// much.
 const AIM: f64 = 0.1;
 
+/// Share of the distance of touching pairs within which the result holds them: steps are linear,
+/// and contacts bend.
+pub const HELD_SHARE: f64 = 0.9;
+
 /// Options of a repair.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -27,8 +31,8 @@ pub struct RepairOptions {
     /// result lags behind steps that are longer. `None` means no limit.
     pub max_step: Option<f64>,
     /// With [`RepairOptions::frames`]: pairs that are at most this far apart \[m\] beyond the
-    /// clearance in a row, or overlap there, stay as near in the result if they can. `None` keeps
-    /// no contacts.
+    /// clearance in a row, or overlap there, stay as near in the result if they can. The default of
+    /// `aim` is then at most half of it. `None` keeps no contacts.
     pub touch: Option<f64>,
     /// Resolution \[m\] at which edges are proved, see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
@@ -88,6 +92,18 @@ impl RepairOptions {
                 Err(Error::Option { name, value: value.to_string(), expected: "a number from 0 to 1e9".into() })
             }
             None => Ok(()),
+        }
+    }
+
+    /// Checks that pairs can touch at the aimed clearance, in a scene of this clearance \[m\].
+    pub(super) fn check_touch(&self, clearance: f64) -> Result<()> {
+        match (self.aim, self.touch) {
+            (Some(aim), Some(touch)) if HELD_SHARE * touch <= aim - clearance => {
+                let least = (aim - clearance) / HELD_SHARE;
+                let expected = format!("more than {least}, because the result keeps the aim of {aim} m");
+                Err(Error::Option { name: "touch", value: touch.to_string(), expected })
+            }
+            _ => Ok(()),
         }
     }
 

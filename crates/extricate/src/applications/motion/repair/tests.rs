@@ -131,13 +131,15 @@ fn pairs_that_touch_stay_in_touch() {
     let rows: Vec<f64> = (0..=200).flat_map(|k| [-0.4 + 0.004 * f64::from(k), 0.03, 0.051]).collect();
     let rows = Rows::new(&rows, 3).unwrap();
     let options = RepairOptions::default().frames(true);
-    let free = solver.repair(rows, &options).unwrap();
+    let free = solver.repair(rows, &options.clone()).unwrap();
     assert!(free.is_found() && free.points.iter().any(|q| q[2] > 0.06), "the nearest way leads over the mound");
-    let held = solver.repair(rows, &options.touch(2e-3)).unwrap();
+    let held = solver.repair(rows, &options.clone().touch(2e-3)).unwrap();
     assert!(held.is_found() && held.points.iter().all(|q| q[2] < 0.0521), "{:?}", held.points);
     // The floor in every row, and the mound in those that collide.
     assert!(held.touched > 201 && held.kept == held.touched, "{} of {}", held.kept, held.touched);
     along(solver.checker(), &held.points, |p| {
         assert_eq!(solver.checker().label(p, &mut CheckScratch::default()), Label::Free);
     });
+    let message = solver.repair(rows, &options.touch(2e-3).aim(5e-3)).unwrap_err().to_string();
+    assert!(message.contains("touch") && message.contains("0.005"), "{message}");
 }
