@@ -23,6 +23,7 @@
 #include <locale>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -338,6 +339,12 @@ public:
         Placement base;
         if (!read_base(robot, message.robot_state.multi_dof_joint_state, base)) return false;
         const Placement world = base.inverse();
+        is_diff_ = message.is_diff;
+        for (const auto& object : message.world.collision_objects)
+            name(object);
+        for (const auto& attached : message.robot_state.attached_collision_objects)
+            name(attached.object);
+        if (!message.world.octomap.octomap.data.empty()) named_.insert(OCTOMAP);
         std::string frame;
         for (const auto& object : message.world.collision_objects) {
             if (!is_added(object)) continue;
@@ -433,15 +440,38 @@ public:
         return world;
     }
 
-    /// Adds the obstacles of another world whose names this one does not have.
-    void add_obstacles(const WorldParts& other) {
-        std::set<std::string> names;
+    /// Whether the message says anything of objects, the map included.
+    bool changes_objects() const { return !is_diff_ || clears_ || !named_.empty(); }
+
+    /// Makes what a difference says the whole of it after what was known before: objects that it does not name stay.
+    /// What a whole message says is left as it is.
+    void follow(const WorldParts& before) {
+        if (!is_diff_) return;
+        std::set<std::string> taken;
         for (const Obstacle& obstacle : obstacles)
-            names.insert(obstacle.name);
+            taken.insert(obstacle.name);
         for (const Held& each : held)
-            names.insert(each.object.name);
-        for (const Obstacle& obstacle : other.obstacles)
-            if (!names.count(obstacle.name)) obstacles.push_back(obstacle);
+            taken.insert(each.object.name);
+        for (const auto& [object, shapes] : before.names_) {
+            if (named_.count(object))
+                taken.insert(shapes.begin(), shapes.end());
+            else
+                names_.emplace(object, shapes);
+        }
+        for (const Obstacle& obstacle : before.obstacles)
+            if (!clears_ && taken.insert(obstacle.name).second) obstacles.push_back(obstacle);
+        for (const Held& each : before.held)
+            if (taken.insert(each.object.name).second) held.push_back(each);
+        padding = before.padding;
+        named_.insert(before.named_.begin(), before.named_.end());
+        clears_ = clears_ || before.clears_;
+        is_diff_ = before.is_diff_;
+    }
+
+    /// Forgets what was changed: this is now what was known before.
+    void settle() {
+        named_.clear();
+        clears_ = is_diff_ = false;
     }
 
 private:
@@ -497,6 +527,15 @@ private:
     static bool is_added(const Object& object) {
         // 0 is to add it, 2 to append to it; what is to be removed or moved is not there.
         return static_cast<int>(object.operation) == 0 || static_cast<int>(object.operation) == 2;
+    }
+
+    /// Notes what becomes of an object. One that is moved or appended to keeps its shapes; 1 is to remove it, or with
+    /// no name to remove all.
+    template <class Object>
+    void name(const Object& object) {
+        const int operation = static_cast<int>(object.operation);
+        if (operation == 1 && object.id.empty()) clears_ = true;
+        if (operation == 0 || operation == 1) named_.insert(object.id);
     }
 
     template <class Object>
@@ -696,6 +735,9 @@ private:
     std::set<std::string> bodies_, standing_;
     /// Names of the shapes of each object.
     std::map<std::string, std::vector<std::string>> names_;
+    /// Whether the message is a difference, the objects that it adds or removes, and whether it removes all others.
+    bool is_diff_ = false, clears_ = false;
+    std::set<std::string> named_;
 };
 
 /// Joints with one coordinate, and the index of that coordinate.
@@ -863,21 +905,24 @@ public:
     }
 
     /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world
-    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second.
+    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second. Of scenes
+    /// that come while one is being prepared, only what the last of them shows is prepared next.
     template <class Message>
     void prepare(const Message& planning_scene) {
         detail::WorldParts parts;
-        if (!parts.read(robot_, planning_scene) || parts.obstacles.empty()) return;
+        if (!parts.read(robot_, planning_scene) || !parts.changes_objects()) return;
         const std::lock_guard<std::mutex> lock(preparing_mutex_);
-        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts), last = preparing_]() mutable {
-            if (last.valid()) last.wait();
-            const Objects before = last_objects();
-            parts.padding = before.parts.padding;
-            parts.held = before.parts.held;
-            parts.add_obstacles(before.parts);
-            const Scene scene = parts.objects(robot_, before.parts, before.scene);
-            if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
-        }).share();
+        if (pending_) parts.follow(*pending_);
+        pending_ = std::move(parts);
+        if (is_preparing_) return;
+        is_preparing_ = true;
+        worker_ = std::async(std::launch::async, [this] { prepare_pending(); });
+    }
+
+    /// Waits for what is being prepared or made; what is only announced is dropped.
+    ~StartFixer() {
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        pending_.reset();
     }
 
     /// The robot alone.
@@ -900,7 +945,7 @@ private:
     };
 
     FixedStart fix_in(const detail::WorldParts& parts, const Positions& start, const FixLimits& limits) {
-        const Made made = made_of(parts).get();
+        const Made made = made_of(parts, limits.max_seconds).get();
         if (!made.scene) detail::refuse(made.error);
         if (!made.scene) return FixedStart();
         FixedStart fixed = fix_start(made.scene, start, limits);
@@ -919,20 +964,22 @@ private:
 
     /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and
     /// again.
-    std::shared_future<Made> made_of(const detail::WorldParts& parts) {
+    std::shared_future<Made> made_of(const detail::WorldParts& parts, double max_seconds) {
         const std::uint64_t digest = parts.digest();
         const std::lock_guard<std::mutex> lock(mutex_);
         for (const World& world : worlds_)
             if (world.digest == digest) return world.made;
-        worlds_.push_front({digest, std::async(std::launch::async, [this, parts] { return make(parts); }).share()});
+        const auto made = [this, parts, max_seconds] { return make(parts, max_seconds); };
+        worlds_.push_front({digest, std::async(std::launch::async, made).share()});
         // A world that is dropped is waited for if it is still being made.
         if (worlds_.size() > 2) worlds_.pop_back();
         return worlds_.front().made;
     }
 
-    Made make(const detail::WorldParts& parts) {
-        // What is being prepared already is not prepared twice.
-        if (const std::shared_future<void> preparing = announced(); preparing.valid()) preparing.wait();
+    Made make(const detail::WorldParts& parts, double max_seconds) {
+        // What is being prepared already is not prepared twice, unless that takes longer than the start may.
+        if (const std::shared_future<void> running = running_job(); running.valid())
+            running.wait_for(std::chrono::duration<double>(std::min(std::max(max_seconds, 0.0), 3600.0)));
         const Objects before = last_objects();
         Made made;
         const Scene objects = parts.objects(robot_, before.parts, before.scene);
@@ -942,15 +989,40 @@ private:
         return made;
     }
 
-    std::shared_future<void> announced() {
+    /// Prepares the announced scene, and those that are announced meanwhile.
+    void prepare_pending() {
+        for (;;) {
+            std::packaged_task<void()> job;
+            {
+                const std::lock_guard<std::mutex> lock(preparing_mutex_);
+                running_ = std::shared_future<void>();
+                is_preparing_ = pending_.has_value();
+                if (!is_preparing_) return;
+                job = std::packaged_task<void()>(
+                    [this, parts = std::move(*pending_)]() mutable { prepare_now(std::move(parts)); });
+                pending_.reset();
+                running_ = job.get_future().share();
+            }
+            // It keeps what is thrown. The first start in this world meets the same error, and reports it.
+            job();
+        }
+    }
+    void prepare_now(detail::WorldParts parts) {
+        const Objects before = last_objects();
+        parts.follow(before.parts);
+        const Scene scene = parts.objects(robot_, before.parts, before.scene);
+        if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
+    }
+    std::shared_future<void> running_job() {
         const std::lock_guard<std::mutex> lock(preparing_mutex_);
-        return preparing_;
+        return running_;
     }
     Objects last_objects() {
         const std::lock_guard<std::mutex> lock(objects_mutex_);
         return objects_;
     }
     void keep(Objects objects) {
+        objects.parts.settle();
         const std::lock_guard<std::mutex> lock(objects_mutex_);
         objects_ = std::move(objects);
     }
@@ -974,9 +1046,13 @@ private:
     std::mutex mutex_, objects_mutex_, preparing_mutex_;
     Objects objects_;
     std::shared_ptr<StartFixer> locked_;
+    /// The scene to prepare next, and what is being prepared.
+    std::optional<detail::WorldParts> pending_;
+    std::shared_future<void> running_;
+    bool is_preparing_ = false;
     // Last, so that their threads end before the rest does.
     std::deque<World> worlds_;
-    std::shared_future<void> preparing_;
+    std::future<void> worker_;
 };
 
 }  // namespace moveit

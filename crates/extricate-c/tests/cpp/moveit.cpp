@@ -137,6 +137,54 @@ static void repairs() {
     StartFixer other(Scene::builtin("shelf-arm"));
     other.prepare(message);
     CHECK(other.fix(message, positions, limits).colliding == start.colliding);
+    // Neither do many that come at once, nor one that cannot be read or prepared, even if the fixer ends meanwhile.
+    for (int k = 0; k < 100; ++k) {
+        PlanningScene moved = recorded();
+        moved.is_diff = k % 3 != 0;
+        moved.world.collision_objects[0].pose.position.z += 0.001 * k;
+        if (k == 50) moved.world.collision_objects[0].primitives[0].dimensions[0] = -1;
+        other.prepare(moved);
+    }
+    CHECK(other.fix(message, positions, limits).colliding == start.colliding);
+    other.prepare(message);
+}
+
+/// A difference keeps what it does not name, drops what it removes, and takes what it adds or attaches for the new one.
+static void differences() {
+    const Scene robot = Scene::builtin("shelf-arm");
+    const auto after = [&](const PlanningScene& message, const WorldParts& before) {
+        WorldParts parts;
+        CHECK(parts.read(robot, message));
+        parts.follow(before);
+        std::vector<std::string> names;
+        for (const Obstacle& obstacle : parts.obstacles)
+            names.push_back(obstacle.name);
+        for (const auto& each : parts.held)
+            names.push_back("held " + each.object.name);
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    PlanningScene first = recorded(), next;
+    first.world.collision_objects.push_back(primitive("two", "world", SolidPrimitive::SPHERE, {0.1}, 0, 1, 0.5));
+    first.world.collision_objects[1].primitives.push_back({SolidPrimitive::SPHERE, {0.1}});
+    first.world.collision_objects[1].primitive_poses.emplace_back();
+    WorldParts before;
+    CHECK(before.read(robot, first));
+    CHECK(after(next, before) == Names());
+    next.is_diff = true;
+    CHECK(after(next, before) == Names({"held can", "table", "two-1", "two-2"}));
+    next.world.collision_objects.push_back(primitive("two", "world", SolidPrimitive::SPHERE, {0.1}, 0, 0, 0.5));
+    CHECK(after(next, before) == Names({"held can", "table", "two"}));
+    next.world.collision_objects[0].operation = moveit_msgs::msg::CollisionObject::REMOVE;
+    CHECK(after(next, before) == Names({"held can", "table"}));
+    // What was held stands again.
+    next.world.collision_objects[0] = primitive("can", "world", SolidPrimitive::SPHERE, {0.1}, 0, 0, 0.5);
+    CHECK(after(next, before) == Names({"can", "table", "two-1", "two-2"}));
+    // To remove an object without a name is to remove all of the world.
+    next.world.collision_objects[0] = {};
+    next.world.collision_objects[0].operation = moveit_msgs::msg::CollisionObject::REMOVE;
+    CHECK(after(next, before) == Names({"held can"}));
 }
 
 /// A scene that is made of the one before equals one that is made from the beginning.
@@ -444,6 +492,7 @@ int main(int argc, char** argv) {
     digests();
     changes();
     repairs();
+    differences();
     descriptions();
     narrow_places();
     std::puts("messages of MoveIt: passed");
