@@ -987,8 +987,8 @@ public:
         if (pending_) parts.follow(*pending_);
         pending_ = std::move(parts);
         if (is_preparing_) return;
-        is_preparing_ = true;
         worker_ = std::async(std::launch::async, [this] { prepare_pending(); });
+        is_preparing_ = true;
     }
 
     /// Waits for what is being prepared or made; what is only announced is dropped.
