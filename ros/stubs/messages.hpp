@@ -32,6 +32,11 @@ struct Transform {
     Vector3 translation;
     Quaternion rotation;
 };
+struct TransformStamped {
+    std_msgs::msg::Header header;
+    std::string child_frame_id;
+    Transform transform;
+};
 }  // namespace geometry_msgs::msg
 
 namespace shape_msgs::msg {
@@ -126,10 +131,12 @@ struct PlanningSceneWorld {
 };
 struct PlanningScene {
     RobotState robot_state;
+    std::vector<geometry_msgs::msg::TransformStamped> fixed_frame_transforms;
     AllowedCollisionMatrix allowed_collision_matrix;
     std::vector<LinkPadding> link_padding;
     std::vector<LinkScale> link_scale;
     PlanningSceneWorld world;
+    bool is_diff = false;
 };
 struct JointConstraint {
     std::string joint_name;

@@ -510,8 +510,9 @@ int run(const std::string& folder) {
         bench.run(beyond, usual, worlds[0], bench.start(worlds[0], k < 10, 0.002 * (k + 1)), Expected::Moved);
 
     Category& far = category("farther than allowed");
-    auto careful =
-        bench.pipeline(bench.node({{"ompl.extricate.max_displacement", ParameterValue(1e-6)}}, bench.urdf(), false));
+    auto careful = bench.pipeline(bench.node({{"ompl.extricate.max_displacement", ParameterValue(1e-6)},
+                                              {"ompl.extricate.max_seconds", ParameterValue(30.0)}},
+                                             bench.urdf(), false));
     for (int k = 0; k < 6; ++k)
         bench.run(far, careful, worlds[0], bench.start(worlds[0], false), Expected::Kept, "more than the");
     Category& topic = category("description by topic");

@@ -23,6 +23,7 @@
 #include <locale>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -38,7 +39,7 @@ using Positions = std::vector<std::pair<std::string, double>>;
 struct FixLimits {
     /// Largest displacement of any point of the robot, or of an object that it holds, on the path [m], 0 or more.
     double max_displacement = HUGE_VAL;
-    /// Largest time [s].
+    /// Largest time [s]. What a StartFixer takes to prepare a new world is not counted.
     double max_seconds = 1.0;
     /// Clearance to aim at for the new start [m]; nan means that of the scene plus 1 mm. A near start with less, at
     /// least the scene's, is preferred to a far one and to one beyond max_displacement.
@@ -314,6 +315,62 @@ private:
     std::uint64_t value_ = 0xcbf29ce484222325ULL;
 };
 
+/// Places the frames that a message names in the coordinates of the robot.
+class Frames {
+public:
+    /// `world` is where the planning frame is.
+    Frames(Scene robot, const Placement& world) : robot_(std::move(robot)), world_(world) {}
+
+    /// Reads the frames that MoveIt knows, which are given in its planning frame.
+    template <class Transforms>
+    bool read(const Transforms& transforms) {
+        for (const auto& each : transforms) {
+            const std::string element = "fixed_frame_transforms: \"" + shown(each.child_frame_id) + "\"";
+            if (!is_planning_frame(element, each.header.frame_id)) return false;
+            known_[each.child_frame_id] =
+                world_.then(placement(each.transform.translation, each.transform.rotation));
+        }
+        return true;
+    }
+
+    /// Finds where a frame is. No name means the planning frame, and so does the first one that is not known.
+    bool find(const std::string& element, const std::string& frame, Placement& out) {
+        out = world_;
+        if (frame.empty() || frame == planning_) return true;
+        auto found = known_.find(frame);
+        if (found == known_.end()) {
+            // The root link is where the robot is at every configuration; two tell it from links that move.
+            const char* name = frame.c_str();
+            const std::vector<double> q = robot_.sample(2);
+            double at[32];
+            if (extricate_scene_poses(robot_.get(), &name, 1, q.data(), 2, robot_.nq(), at, 2) != EXTRICATE_OK)
+                return is_planning_frame(element, frame);
+            for (int k = 0; k < 32; ++k)
+                if (at[k] != (k % 16 % 5 == 0 ? 1.0 : 0.0))
+                    return refuse(element + ": got the frame \"" + shown(frame) +
+                                  "\", a link of the robot, expected the planning frame or the root link");
+            // Without a joint between the two, the root link is the planning frame.
+            if (world_.is_identity()) return is_planning_frame(element, frame);
+            found = known_.emplace(frame, Placement()).first;
+        }
+        out = found->second;
+        return true;
+    }
+
+private:
+    bool is_planning_frame(const std::string& element, const std::string& frame) {
+        if (planning_.empty()) planning_ = frame;
+        return frame.empty() || frame == planning_ ||
+               refuse(element + ": got the frame \"" + shown(frame) + "\" beside \"" + shown(planning_) +
+                      "\", expected one planning frame, or one of fixed_frame_transforms");
+    }
+
+    Scene robot_;
+    Placement world_;
+    std::string planning_;
+    std::map<std::string, Placement> known_;
+};
+
 /// An object that a link holds.
 struct Held {
     Obstacle object;
@@ -333,24 +390,35 @@ public:
     /// Reads a PlanningScene, whose world takes the place of the obstacles of `robot`. Returns false if it is refused.
     template <class Message>
     bool read(const Scene& robot, const Message& message) {
-        for (const std::string& body : robot.without_obstacles().bodies())
+        const Scene alone = robot.without_obstacles();
+        for (const std::string& body : alone.bodies())
             bodies_.insert(body);
         Placement base;
         if (!read_base(robot, message.robot_state.multi_dof_joint_state, base)) return false;
         const Placement world = base.inverse();
-        std::string frame;
+        is_diff_ = message.is_diff;
+        taken_ = bodies_;
+        taken_.insert(OCTOMAP);
+        for (const auto& object : message.world.collision_objects)
+            name(object);
+        for (const auto& attached : message.robot_state.attached_collision_objects)
+            name(attached.object);
+        if (!message.world.octomap.octomap.data.empty()) named_.insert(OCTOMAP);
+        Frames frames(alone, world);
+        if (!frames.read(message.fixed_frame_transforms)) return false;
         for (const auto& object : message.world.collision_objects) {
             if (!is_added(object)) continue;
-            if (!is_in(object, frame, "one frame for all objects of the world")) return false;
             const std::string element = "collision object \"" + shown(object.id) + "\"";
+            Placement frame;
             std::vector<Obstacle> shapes;
-            if (!read_object(object, element, world, shapes)) return false;
+            if (!frames.find(element, object.header.frame_id, frame)) return false;
+            if (!read_object(object, element, frame, shapes)) return false;
             for (Obstacle& shape : shapes) {
                 standing_.insert(shape.name);
                 obstacles.push_back(std::move(shape));
             }
         }
-        if (!read_octomap(message.world.octomap, world)) return false;
+        if (!read_octomap(message.world.octomap, frames)) return false;
         for (const auto& attached : message.robot_state.attached_collision_objects)
             if (!read_attached(attached)) return false;
         if (!read_allowed(message.allowed_collision_matrix)) return false;
@@ -364,9 +432,14 @@ public:
         return true;
     }
 
-    /// A number that differs if anything that the scene of this world uses differs.
+    /// A number of all that the scene of this world uses. That two different worlds share one of its 2^64 values is
+    /// most unlikely, but not excluded.
     std::uint64_t digest() const {
         Digest digest;
+        digest.add(obstacles.size());
+        digest.add(held.size());
+        digest.add(allowed.size());
+        digest.add(padding.size());
         for (const Obstacle& obstacle : obstacles)
             add(digest, obstacle);
         for (const Held& each : held)
@@ -433,15 +506,38 @@ public:
         return world;
     }
 
-    /// Adds the obstacles of another world whose names this one does not have.
-    void add_obstacles(const WorldParts& other) {
-        std::set<std::string> names;
+    /// Whether the message says anything of objects, the map included.
+    bool changes_objects() const { return !is_diff_ || clears_ || !named_.empty(); }
+
+    /// Makes what a difference says the whole of it after what was known before: objects that it does not name stay.
+    /// What a whole message says is left as it is.
+    void follow(const WorldParts& before) {
+        if (!is_diff_) return;
+        std::set<std::string> taken;
         for (const Obstacle& obstacle : obstacles)
-            names.insert(obstacle.name);
+            taken.insert(obstacle.name);
         for (const Held& each : held)
-            names.insert(each.object.name);
-        for (const Obstacle& obstacle : other.obstacles)
-            if (!names.count(obstacle.name)) obstacles.push_back(obstacle);
+            taken.insert(each.object.name);
+        for (const auto& [object, shapes] : before.names_) {
+            if (named_.count(object))
+                taken.insert(shapes.begin(), shapes.end());
+            else
+                names_.emplace(object, shapes);
+        }
+        for (const Obstacle& obstacle : before.obstacles)
+            if (!clears_ && taken.insert(obstacle.name).second) obstacles.push_back(obstacle);
+        for (const Held& each : before.held)
+            if (taken.insert(each.object.name).second) held.push_back(each);
+        padding = before.padding;
+        named_.insert(before.named_.begin(), before.named_.end());
+        clears_ = clears_ || before.clears_;
+        is_diff_ = before.is_diff_;
+    }
+
+    /// Forgets what was changed: this is now what was known before.
+    void settle() {
+        named_.clear();
+        clears_ = is_diff_ = false;
     }
 
 private:
@@ -467,6 +563,7 @@ private:
     static void add(Digest& digest, const Held& held) {
         add(digest, held.object);
         digest.add(held.link);
+        digest.add(held.touch.size());
         for (const std::string& touch : held.touch)
             digest.add(touch);
     }
@@ -499,15 +596,14 @@ private:
         return static_cast<int>(object.operation) == 0 || static_cast<int>(object.operation) == 2;
     }
 
+    /// Notes what becomes of an object. One that is moved or appended to keeps its shapes; 1 is to remove it, or with
+    /// no name to remove all.
     template <class Object>
-    static bool is_in(const Object& object, std::string& frame, const char* expected) {
-        const std::string& own = object.header.frame_id;
-        if (own.empty() || own == frame) return true;
-        if (!frame.empty())
-            return refuse("object \"" + shown(object.id) + "\": got the frame \"" + shown(own) + "\" beside \"" +
-                          shown(frame) + "\", expected " + expected);
-        frame = own;
-        return true;
+    void name(const Object& object) {
+        const int operation = static_cast<int>(object.operation);
+        if (operation == 1 && object.id.empty()) clears_ = true;
+        if (operation == 0 || operation == 1) named_.insert(object.id);
+        taken_.insert(object.id);
     }
 
     template <class Object>
@@ -565,18 +661,24 @@ private:
             place(Shape::half_space(c[0], c[1], c[2], -c[3] / length), object.plane_poses, k);
             notes.push_back(element + ": a plane is taken for all that lies behind it");
         }
-        take_names(object.id, shapes);
+        if (!take_names(object.id, element, shapes)) return false;
         for (Obstacle& shape : shapes)
             out.push_back(std::move(shape));
         return true;
     }
 
-    /// Gives each shape of an object a name of its own.
-    void take_names(const std::string& object, std::vector<Obstacle>& shapes) {
-        for (std::size_t k = 0; k < shapes.size(); ++k) {
-            if (shapes.size() > 1) shapes[k].name += "-" + std::to_string(k + 1);
-            names_[object].push_back(shapes[k].name);
+    /// Gives each shape of an object a name of its own: that of the object, or if there are several, a numbered one
+    /// that no body and no object has.
+    bool take_names(const std::string& object, const std::string& element, std::vector<Obstacle>& shapes) {
+        if (names_.count(object)) return refuse(element + ": got a second object of this id, expected one");
+        std::vector<std::string>& names = names_[object];
+        std::size_t number = 0;
+        for (Obstacle& shape : shapes) {
+            while (shapes.size() > 1 && !taken_.insert(shape.name).second)
+                shape.name = object + "-" + std::to_string(++number);
+            names.push_back(shape.name);
         }
+        return true;
     }
 
     /// The pyramid of 64 sides around a cone, whose tip is up and whose origin is in the middle of its height.
@@ -595,7 +697,7 @@ private:
     }
 
     template <class Octomap>
-    bool read_octomap(const Octomap& message, const Placement& world) {
+    bool read_octomap(const Octomap& message, Frames& frames) {
         const auto& map = message.octomap;
         if (map.data.empty()) return true;
         const std::string element = "world.octomap";
@@ -607,14 +709,16 @@ private:
         if (!reader.read())
             return refuse(element + ": data: got " + std::to_string(map.data.size()) +
                           " bytes, expected the nodes of one tree of depth 16");
-        const Pose pose = world.then(placement(message.origin.position, message.origin.orientation)).pose();
+        Placement frame;
+        if (!frames.find(element, message.header.frame_id, frame)) return false;
+        const Pose pose = frame.then(placement(message.origin.position, message.origin.orientation)).pose();
         std::vector<Obstacle> shapes;
         double side = map.resolution;
         for (std::vector<std::int32_t>& cells : reader.leaves) {
             if (!cells.empty()) shapes.push_back(Obstacle{OCTOMAP, Shape::voxels(std::move(cells), side), pose});
             side *= 2;
         }
-        take_names(OCTOMAP, shapes);
+        if (!take_names(OCTOMAP, element, shapes)) return false;
         for (Obstacle& shape : shapes) {
             standing_.insert(shape.name);
             obstacles.push_back(std::move(shape));
@@ -626,9 +730,11 @@ private:
     bool read_attached(const Attached& attached) {
         const auto& object = attached.object;
         if (!is_added(object)) return true;
-        std::string frame = attached.link_name;
-        if (!is_in(object, frame, "that of the link that holds it")) return false;
         const std::string element = "attached object \"" + shown(object.id) + "\"";
+        const std::string& frame = object.header.frame_id;
+        if (!frame.empty() && frame != attached.link_name)
+            return refuse(element + ": got the frame \"" + shown(frame) + "\" beside \"" + shown(attached.link_name) +
+                          "\", expected that of the link that holds it");
         std::vector<Obstacle> shapes;
         if (!read_object(object, element, Placement(), shapes)) return false;
         for (Obstacle& shape : shapes) {
@@ -694,8 +800,13 @@ private:
     static constexpr const char* OCTOMAP = "<octomap>";
 
     std::set<std::string> bodies_, standing_;
+    /// Names of bodies and objects, and those that were given to shapes.
+    std::set<std::string> taken_;
     /// Names of the shapes of each object.
     std::map<std::string, std::vector<std::string>> names_;
+    /// Whether the message is a difference, the objects that it adds or removes, and whether it removes all others.
+    bool is_diff_ = false, clears_ = false;
+    std::set<std::string> named_;
 };
 
 /// Joints with one coordinate, and the index of that coordinate.
@@ -851,8 +962,11 @@ public:
     /// Makes the robot.
     explicit StartFixer(Description description)
         : robot_(moveit::robot(description)), description_(std::move(description)) {}
-    /// Takes a robot, perhaps with a model that was learned from it.
-    explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
+    /// Takes a robot, perhaps with a model that was learned from it, and its description. If a repair has to hold
+    /// joints outside limits.joints, a robot is made of the description, without the model; if its URDF is empty, such
+    /// a start is not repaired.
+    explicit StartFixer(Scene robot, Description description = Description())
+        : robot_(std::move(robot)), description_(std::move(description)) {}
 
     /// Repairs a start in the world of a planning scene, whose positions of joints are not read. Joints that the robot
     /// does not have are ignored.
@@ -863,21 +977,24 @@ public:
     }
 
     /// Prepares the objects of a planning scene, or of a difference of one, in a thread. The first start in a world
-    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second.
+    /// that has them is then repaired as fast as later ones; without this call, meshes take part of a second. Of scenes
+    /// that come while one is being prepared, only what the last of them shows is prepared next.
     template <class Message>
     void prepare(const Message& planning_scene) {
         detail::WorldParts parts;
-        if (!parts.read(robot_, planning_scene) || parts.obstacles.empty()) return;
+        if (!parts.read(robot_, planning_scene) || !parts.changes_objects()) return;
         const std::lock_guard<std::mutex> lock(preparing_mutex_);
-        preparing_ = std::async(std::launch::async, [this, parts = std::move(parts), last = preparing_]() mutable {
-            if (last.valid()) last.wait();
-            const Objects before = last_objects();
-            parts.padding = before.parts.padding;
-            parts.held = before.parts.held;
-            parts.add_obstacles(before.parts);
-            const Scene scene = parts.objects(robot_, before.parts, before.scene);
-            if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
-        }).share();
+        if (pending_) parts.follow(*pending_);
+        pending_ = std::move(parts);
+        if (is_preparing_) return;
+        worker_ = std::async(std::launch::async, [this] { prepare_pending(); });
+        is_preparing_ = true;
+    }
+
+    /// Waits for what is being prepared or made; what is only announced is dropped.
+    ~StartFixer() {
+        const std::lock_guard<std::mutex> lock(preparing_mutex_);
+        pending_.reset();
     }
 
     /// The robot alone.
@@ -900,15 +1017,19 @@ private:
     };
 
     FixedStart fix_in(const detail::WorldParts& parts, const Positions& start, const FixLimits& limits) {
-        const Made made = made_of(parts).get();
+        const Made made = made_of(parts, limits.max_seconds).get();
         if (!made.scene) detail::refuse(made.error);
         if (!made.scene) return FixedStart();
+        const auto began = std::chrono::steady_clock::now();
         FixedStart fixed = fix_start(made.scene, start, limits);
         if (last_status() != EXTRICATE_OK) return fixed;
         if (!detail::moves_only(limits.joints, fixed) && !description_.urdf.empty()) {
             const std::shared_ptr<StartFixer> locked = locked_fixer(start, limits);
             if (!locked->robot_) return FixedStart();
-            return locked->fix_in(parts, start, limits);
+            FixLimits rest = limits;
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+            rest.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
+            return locked->fix_in(parts, start, rest);
         }
         const std::vector<std::string> known = robot_.warnings();
         fixed.notes = parts.notes;
@@ -919,20 +1040,22 @@ private:
 
     /// Finds the scene of a world, or begins to make it. Two are kept, because planners query the same ones again and
     /// again.
-    std::shared_future<Made> made_of(const detail::WorldParts& parts) {
+    std::shared_future<Made> made_of(const detail::WorldParts& parts, double max_seconds) {
         const std::uint64_t digest = parts.digest();
         const std::lock_guard<std::mutex> lock(mutex_);
         for (const World& world : worlds_)
             if (world.digest == digest) return world.made;
-        worlds_.push_front({digest, std::async(std::launch::async, [this, parts] { return make(parts); }).share()});
+        const auto made = [this, parts, max_seconds] { return make(parts, max_seconds); };
+        worlds_.push_front({digest, std::async(std::launch::async, made).share()});
         // A world that is dropped is waited for if it is still being made.
         if (worlds_.size() > 2) worlds_.pop_back();
         return worlds_.front().made;
     }
 
-    Made make(const detail::WorldParts& parts) {
-        // What is being prepared already is not prepared twice.
-        if (const std::shared_future<void> preparing = announced(); preparing.valid()) preparing.wait();
+    Made make(const detail::WorldParts& parts, double max_seconds) {
+        // What is being prepared already is not prepared twice, unless that takes longer than the start may.
+        if (const std::shared_future<void> running = running_job(); running.valid())
+            running.wait_for(std::chrono::duration<double>(std::min(std::max(0.0, max_seconds), 3600.0)));
         const Objects before = last_objects();
         Made made;
         const Scene objects = parts.objects(robot_, before.parts, before.scene);
@@ -942,20 +1065,46 @@ private:
         return made;
     }
 
-    std::shared_future<void> announced() {
+    /// Prepares the announced scene, and those that are announced meanwhile.
+    void prepare_pending() {
+        for (;;) {
+            std::packaged_task<void()> job;
+            {
+                const std::lock_guard<std::mutex> lock(preparing_mutex_);
+                running_ = std::shared_future<void>();
+                is_preparing_ = pending_.has_value();
+                if (!is_preparing_) return;
+                job = std::packaged_task<void()>(
+                    [this, parts = std::move(*pending_)]() mutable { prepare_now(std::move(parts)); });
+                pending_.reset();
+                running_ = job.get_future().share();
+            }
+            // It keeps what is thrown. The first start in this world meets the same error, and reports it.
+            job();
+        }
+    }
+    void prepare_now(detail::WorldParts parts) {
+        const Objects before = last_objects();
+        parts.follow(before.parts);
+        const Scene scene = parts.objects(robot_, before.parts, before.scene);
+        if (scene && scene.prepare()) keep(Objects{std::move(parts), scene});
+    }
+    std::shared_future<void> running_job() {
         const std::lock_guard<std::mutex> lock(preparing_mutex_);
-        return preparing_;
+        return running_;
     }
     Objects last_objects() {
         const std::lock_guard<std::mutex> lock(objects_mutex_);
         return objects_;
     }
     void keep(Objects objects) {
+        objects.parts.settle();
         const std::lock_guard<std::mutex> lock(objects_mutex_);
         objects_ = std::move(objects);
     }
 
-    /// A fixer of the robot whose other joints stay where the start has them. The last one is kept.
+    /// A fixer of the robot whose other joints stay where the start has them. The last one is kept, and serves while
+    /// they do not move at all: what is proved for other positions is not proved for these.
     std::shared_ptr<StartFixer> locked_fixer(const Positions& start, const FixLimits& limits) {
         const std::map<std::string, std::size_t> known = detail::coordinates(robot_);
         Description description = description_;
@@ -963,10 +1112,18 @@ private:
             const bool may_move = std::find(limits.joints.begin(), limits.joints.end(), joint) != limits.joints.end();
             if (known.count(joint) && !may_move) description.locked.emplace_back(joint, position);
         }
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (!locked_ || locked_->description_.locked != description.locked)
-            locked_ = std::make_shared<StartFixer>(std::move(description));
-        return locked_;
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (locked_ && locked_->description_.locked == description.locked) return locked_;
+        }
+        const auto made = std::make_shared<StartFixer>(std::move(description));
+        auto last = made;
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            // The last one may wait for its threads when it ends: not under the lock.
+            std::swap(locked_, last);
+        }
+        return made;
     }
 
     Scene robot_;
@@ -974,9 +1131,13 @@ private:
     std::mutex mutex_, objects_mutex_, preparing_mutex_;
     Objects objects_;
     std::shared_ptr<StartFixer> locked_;
+    /// The scene to prepare next, and what is being prepared.
+    std::optional<detail::WorldParts> pending_;
+    std::shared_future<void> running_;
+    bool is_preparing_ = false;
     // Last, so that their threads end before the rest does.
     std::deque<World> worlds_;
-    std::shared_future<void> preparing_;
+    std::future<void> worker_;
 };
 
 }  // namespace moveit

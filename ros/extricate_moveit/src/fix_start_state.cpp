@@ -61,9 +61,12 @@ public:
         description.metric = parameters_.metric;
         fixer_ = std::async(std::launch::async, read_robot, description, parameters_.model).share();
         // Meshes take part of a second to prepare: that begins when the scene changes, not when a plan is asked for.
+        // A message may still be handled when the adapter is gone, so its handler has its own share of the fixer.
         scenes_ = node->create_subscription<moveit_msgs::msg::PlanningScene>(
             "monitored_planning_scene", rclcpp::QoS(10),
-            [this](const std::shared_ptr<const moveit_msgs::msg::PlanningScene> scene) { prepare(*scene); });
+            [fixer = fixer_, logger = logger_](const std::shared_ptr<const moveit_msgs::msg::PlanningScene> scene) {
+                prepare(fixer, logger, *scene);
+            });
     }
 
     [[nodiscard]] std::string getDescription() const override { return "FixStartState (extricate)"; }
@@ -91,16 +94,17 @@ private:
             throw std::runtime_error(
                 "robot_description: got nothing, expected a parameter of the node or a message on the topic");
         Fixer fixer = model.empty() ? std::make_shared<StartFixer>(description)
-                                    : std::make_shared<StartFixer>(extricate::Scene(model));
+                                    : std::make_shared<StartFixer>(extricate::Scene(model), description);
         fixer->robot().prepare();
         return fixer;
     }
 
-    void prepare(const moveit_msgs::msg::PlanningScene& scene) const {
+    static void prepare(const std::shared_future<Fixer>& fixer, const rclcpp::Logger& logger,
+                        const moveit_msgs::msg::PlanningScene& scene) {
         try {
-            if (fixer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) fixer_.get()->prepare(scene);
+            if (fixer.wait_for(std::chrono::seconds(0)) == std::future_status::ready) fixer.get()->prepare(scene);
         } catch (const std::exception& error) {
-            RCLCPP_DEBUG(logger_, "The scene is not prepared: %s", error.what());
+            RCLCPP_DEBUG(logger, "The scene is not prepared: %s", error.what());
         }
     }
 
@@ -141,7 +145,7 @@ private:
             throw std::runtime_error(fixed.summary + ", but is beyond MoveIt's own limits");
         moveit::core::robotStateToRobotStateMsg(start, req.start_state);
         RCLCPP_WARN(logger_, "%s", fixed.summary.c_str());
-        moved_start() = MovedStart{planning_scene.get(), std::move(fixed)};
+        moved_start() = MovedStart{planning_scene, std::move(fixed)};
     }
 
     rclcpp::Logger logger_ = rclcpp::get_logger("extricate.fix_start_state");

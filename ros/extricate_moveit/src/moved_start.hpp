@@ -4,6 +4,9 @@
 // it, so the start from before is nowhere else.
 #pragma once
 
+#include <memory>
+#include <utility>
+
 #include <extricate_moveit.hpp>
 
 namespace planning_scene {
@@ -13,9 +16,14 @@ class PlanningScene;
 namespace extricate_moveit {
 
 struct MovedStart {
-    /// The scene of the request; null if no start was moved.
-    const planning_scene::PlanningScene* scene = nullptr;
+    /// The scene of the request; empty if no start was moved. A scene that is made later is another one, even if it
+    /// has the same address.
+    std::weak_ptr<const planning_scene::PlanningScene> scene;
     extricate::moveit::FixedStart fixed;
+
+    bool is_in(const std::shared_ptr<const planning_scene::PlanningScene>& other) const {
+        return !scene.owner_before(other) && !other.owner_before(scene);
+    }
 };
 
 inline MovedStart& moved_start() {

@@ -26,7 +26,7 @@ public:
                const planning_interface::MotionPlanRequest& req,
                planning_interface::MotionPlanResponse& res) const override {
         const MovedStart moved = std::exchange(moved_start(), MovedStart());
-        if (moved.scene != planning_scene.get() || !res.trajectory || res.trajectory->empty()) return;
+        if (!moved.is_in(planning_scene) || !res.trajectory || res.trajectory->empty()) return;
         auto& trajectory = *res.trajectory;
         const auto& path = moved.fixed.path;
         const std::string problem = problem_of(trajectory.getFirstWayPoint(), moved.fixed);

@@ -137,6 +137,54 @@ static void repairs() {
     StartFixer other(Scene::builtin("shelf-arm"));
     other.prepare(message);
     CHECK(other.fix(message, positions, limits).colliding == start.colliding);
+    // Neither do many that come at once, nor one that cannot be read or prepared, even if the fixer ends meanwhile.
+    for (int k = 0; k < 100; ++k) {
+        PlanningScene moved = recorded();
+        moved.is_diff = k % 3 != 0;
+        moved.world.collision_objects[0].pose.position.z += 0.001 * k;
+        if (k == 50) moved.world.collision_objects[0].primitives[0].dimensions[0] = -1;
+        other.prepare(moved);
+    }
+    CHECK(other.fix(message, positions, limits).colliding == start.colliding);
+    other.prepare(message);
+}
+
+/// A difference keeps what it does not name, drops what it removes, and takes what it adds or attaches for the new one.
+static void differences() {
+    const Scene robot = Scene::builtin("shelf-arm");
+    const auto after = [&](const PlanningScene& message, const WorldParts& before) {
+        WorldParts parts;
+        CHECK(parts.read(robot, message));
+        parts.follow(before);
+        std::vector<std::string> names;
+        for (const Obstacle& obstacle : parts.obstacles)
+            names.push_back(obstacle.name);
+        for (const auto& each : parts.held)
+            names.push_back("held " + each.object.name);
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    PlanningScene first = recorded(), next;
+    first.world.collision_objects.push_back(primitive("two", "world", SolidPrimitive::SPHERE, {0.1}, 0, 1, 0.5));
+    first.world.collision_objects[1].primitives.push_back({SolidPrimitive::SPHERE, {0.1}});
+    first.world.collision_objects[1].primitive_poses.emplace_back();
+    WorldParts before;
+    CHECK(before.read(robot, first));
+    CHECK(after(next, before) == Names());
+    next.is_diff = true;
+    CHECK(after(next, before) == Names({"held can", "table", "two-1", "two-2"}));
+    next.world.collision_objects.push_back(primitive("two", "world", SolidPrimitive::SPHERE, {0.1}, 0, 0, 0.5));
+    CHECK(after(next, before) == Names({"held can", "table", "two"}));
+    next.world.collision_objects[0].operation = moveit_msgs::msg::CollisionObject::REMOVE;
+    CHECK(after(next, before) == Names({"held can", "table"}));
+    // What was held stands again.
+    next.world.collision_objects[0] = primitive("can", "world", SolidPrimitive::SPHERE, {0.1}, 0, 0, 0.5);
+    CHECK(after(next, before) == Names({"can", "table", "two-1", "two-2"}));
+    // To remove an object without a name is to remove all of the world.
+    next.world.collision_objects[0] = {};
+    next.world.collision_objects[0].operation = moveit_msgs::msg::CollisionObject::REMOVE;
+    CHECK(after(next, before) == Names({"held can"}));
 }
 
 /// A scene that is made of the one before equals one that is made from the beginning.
@@ -259,6 +307,20 @@ static void objects() {
     message.allowed_collision_matrix.entry_names = {"link_5", "two"};
     message.allowed_collision_matrix.entry_values = {{{false, true}}, {{true, false}}};
     CHECK(in_world(robot, message).pair_count() == all - 2);
+    // A number that another object has as its name is left out, whichever comes first.
+    for (const std::size_t at : {0, 1}) {
+        PlanningScene alike;
+        alike.world.collision_objects.push_back(message.world.collision_objects[0]);
+        auto& all_objects = alike.world.collision_objects;
+        all_objects.insert(all_objects.begin() + static_cast<std::ptrdiff_t>(at),
+                           primitive("two-1", "world", SolidPrimitive::SPHERE, {0.1}, 0, 1, 0.5));
+        WorldParts parts;
+        CHECK(parts.read(robot, alike));
+        std::set<std::string> names;
+        for (const Obstacle& obstacle : parts.obstacles)
+            names.insert(obstacle.name);
+        CHECK(names == std::set<std::string>({"two-1", "two-2", "two-3"}));
+    }
     // A default allows all of one name, unless an entry or another default forbids it.
     message.allowed_collision_matrix = {};
     message.allowed_collision_matrix.default_entry_names = {"two"};
@@ -285,6 +347,13 @@ static void objects() {
     message.robot_state.multi_dof_joint_state.transforms.push_back({{1.0, 2.0, 0.0}, {0, 0, half, half}});
     CHECK(std::abs(distance(message) - of({"x", Shape::sphere(0.1), Pose(0.4, 0, 0.6)})) < 1e-9);
 
+    // An object may be in the frame of the root link, which moves with the base, or in one of the message's list.
+    message.world.collision_objects[0] = primitive("x", "base", SolidPrimitive::SPHERE, {0.1}, 0.4, 0, 0.6);
+    CHECK(std::abs(distance(message) - of({"x", Shape::sphere(0.1), Pose(0.4, 0, 0.6)})) < 1e-9);
+    message.fixed_frame_transforms.push_back({{"world"}, "map", {{1.0, 2.0, 0.5}, {}}});
+    message.world.collision_objects[0] = primitive("x", "map", SolidPrimitive::SPHERE, {0.1}, 0, 0.4, 0.1);
+    CHECK(std::abs(distance(message) - of({"x", Shape::sphere(0.1), Pose(0.4, 0, 0.6)})) < 1e-9);
+
     // What is wrong is named.
     const auto broken = [&](auto change, const std::string& text) {
         PlanningScene wrong = recorded();
@@ -300,6 +369,14 @@ static void objects() {
     broken([](PlanningScene& m) { m.world.collision_objects.push_back(m.world.collision_objects[0]); }, "table");
     broken([](PlanningScene& m) { m.world.collision_objects.push_back(primitive("x", "map", 2, {0.1}, 0, 0, 0)); },
            "got the frame \"map\" beside \"world\"");
+    broken([](PlanningScene& m) { m.world.collision_objects.push_back(primitive("x", "base", 2, {0.1}, 0, 0, 0)); },
+           "got the frame \"base\" beside \"world\"");
+    broken([](PlanningScene& m) { m.world.collision_objects[0].header.frame_id = "link_3"; },
+           "collision object \"table\": got the frame \"link_3\", a link of the robot");
+    broken([](PlanningScene& m) { m.fixed_frame_transforms.push_back({{"odom"}, "map", {}}); },
+           "collision object \"table\": got the frame \"world\" beside \"odom\"");
+    broken([](PlanningScene& m) { m.fixed_frame_transforms = {{{"world"}, "map", {}}, {{"odom"}, "map", {}}}; },
+           "fixed_frame_transforms: \"map\": got the frame \"odom\" beside \"world\"");
     broken([](PlanningScene& m) { m.robot_state.attached_collision_objects[0].object.header.frame_id = "base"; },
            "got the frame \"base\" beside \"gripper\"");
     broken([](PlanningScene& m) { m.robot_state.attached_collision_objects[0].link_name = "nowhere"; }, "nowhere");
@@ -349,6 +426,12 @@ static void octomaps(const std::string& text) {
         message.allowed_collision_matrix.default_entry_names = {"<octomap>"};
         message.allowed_collision_matrix.default_entry_values = {true};
         CHECK(in_world(robot, message).pair_count() == robot.without_obstacles().pair_count());
+        message.world.octomap.header.frame_id = "link_3";
+        refused([&] { WorldParts().read(robot, message); }, "world.octomap: got the frame \"link_3\"");
+        message.world.octomap.header.frame_id = "map";
+        message.fixed_frame_transforms = {{{"world"}, "map", {{0, 0, 1}, {}}}};
+        WorldParts raised;
+        CHECK(raised.read(robot, message) && raised.obstacles[0].pose.position[2] == 1);
         const auto whole = map.data;
         for (std::size_t size = 1; size < whole.size(); ++size) {
             map.data.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
@@ -385,12 +468,15 @@ static void descriptions() {
         StartFixer fixer({urdf, "", metric});
         FixLimits limits;
         limits.joints = {"k"};
+        limits.max_seconds = HUGE_VAL;
         const FixedStart along = fixer.fix(world, {{"j", 0.19}, {"k", 0.0}}, limits);
         CHECK(along.fixed && position(along, "j") == 0.19 && position(along, "k") > 0.05 && position(along, "k") < 0.1);
         // Without the description the robot cannot be locked, and the start stays.
         StartFixer bare(fixer.robot());
         const FixedStart not_locked = bare.fix(world, {{"j", 0.19}, {"k", 0.0}}, limits);
         CHECK(!not_locked.fixed && not_locked.summary.find("joints that have to stay") != std::string::npos);
+        StartFixer described(fixer.robot(), {urdf, "", metric});
+        CHECK(described.fix(world, {{"j", 0.19}, {"k", 0.0}}, limits).path == along.path);
     }
     StartFixer allowed({urdf, srdf, "joint", {}});
     CHECK(allowed.fix(world, {{"j", 0.0}, {"k", 0.0}}).was_free);
@@ -444,6 +530,7 @@ int main(int argc, char** argv) {
     digests();
     changes();
     repairs();
+    differences();
     descriptions();
     narrow_places();
     std::puts("messages of MoveIt: passed");
