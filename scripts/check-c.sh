@@ -87,7 +87,7 @@ if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
     ${CXX:-c++} -std=c++17 -O1 -g "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface_plain"
     echo "C++ under valgrind"
     valgrind --quiet --error-exitcode=9 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
-        "$work/interface_plain" "$scene" <(head -n 2 "$work/q.txt") "$work" >/dev/null
+        "$work/interface_plain" "$scene" <(head -n 6 "$work/q.txt") "$work" >/dev/null
 fi
 
 echo "messages of MoveIt, and 200 planning requests with stubs in the place of MoveIt and ROS"
