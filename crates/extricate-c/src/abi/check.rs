@@ -5,7 +5,7 @@
 use std::ops::ControlFlow;
 
 use extricate::parts::misses_allowed;
-use extricate::{PairId, Sampler, Scene, SegmentOptions};
+use extricate::{CheckScratch, Contact, PairId, Sampler, Scene, SegmentOptions, Solver};
 
 use super::answer_to_c;
 use super::handles::{ExtricateContacts, ExtricateScene, ExtricateSolver};
@@ -227,18 +227,10 @@ pub unsafe extern "C" fn extricate_contacts(
     let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
     // SAFETY: the same.
     let contacts = unsafe { raw::place(contacts, "contacts") };
-    guarded(|| {
-        let (solver, contacts) = (&solver?.solver, contacts?);
-        if !within.is_finite() {
-            return Err(Fault::argument(format!("within: got {within}, expected a finite distance [m]")));
-        }
-        let q = solver.scene().config(q?)?;
+    hand_over_near(solver, q, within, contacts, |solver, q, scratch| {
         let mut found = Vec::new();
-        solver.with_scratch(|scratch| solver.checker().contacts_within(&q, within, scratch, &mut found));
-        let scene = solver.scene();
-        let found = found.iter().map(|contact| answer_to_c::contact(scene, contact)).collect();
-        contacts.hand_over(ExtricateContacts { contacts: found, gradients: Vec::new() });
-        Ok(())
+        solver.checker().contacts_within(q, within, scratch, &mut found);
+        (found, Vec::new())
     })
 }
 
@@ -257,17 +249,30 @@ pub unsafe extern "C" fn extricate_distance_rows(
     let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
     // SAFETY: the same.
     let contacts = unsafe { raw::place(contacts, "contacts") };
+    hand_over_near(solver, q, within, contacts, |solver, q, scratch| {
+        let rows = solver.checker().distance_rows(q, within, scratch);
+        let contacts = rows.iter().map(|row| row.contact).collect();
+        (contacts, rows.into_iter().flat_map(|row| row.gradient).collect())
+    })
+}
+
+/// Hands the caller the contacts and gradients that `find` returns for a configuration.
+fn hand_over_near(
+    solver: Result<&ExtricateSolver>,
+    q: Result<&[f64]>,
+    within: f64,
+    contacts: Result<OutValue<*mut ExtricateContacts>>,
+    find: impl FnOnce(&Solver, &[f64], &mut CheckScratch) -> (Vec<Contact>, Vec<f64>),
+) -> ExtricateStatus {
     guarded(|| {
         let (solver, contacts) = (&solver?.solver, contacts?);
         if !within.is_finite() {
             return Err(Fault::argument(format!("within: got {within}, expected a finite distance [m]")));
         }
         let (scene, q) = (solver.scene(), solver.scene().config(q?)?);
-        let rows = solver.with_scratch(|scratch| solver.checker().distance_rows(&q, within, scratch));
-        contacts.hand_over(ExtricateContacts {
-            contacts: rows.iter().map(|row| answer_to_c::contact(scene, &row.contact)).collect(),
-            gradients: rows.into_iter().flat_map(|row| row.gradient).collect(),
-        });
+        let (found, gradients) = solver.with_scratch(|scratch| find(solver, &q, scratch));
+        let found = found.iter().map(|contact| answer_to_c::contact(scene, contact)).collect();
+        contacts.hand_over(ExtricateContacts { contacts: found, gradients });
         Ok(())
     })
 }
