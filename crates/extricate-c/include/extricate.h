@@ -79,6 +79,9 @@
 // No lower bound is proved, because the bodies overlap too little.
 #define EXTRICATE_UNPROVED_SHALLOW 2
 
+// Nothing is proved: nothing collides, and a kept link is off.
+#define EXTRICATE_UNPROVED_OFF 3
+
 // Shape: a box; `size` holds its full sides [m].
 #define EXTRICATE_BOX 0
 
@@ -353,6 +356,10 @@ typedef struct ExtricateOptions {
     const char *const *free;
     // Number of `free` joints.
     size_t free_count;
+    // The links that keep their places: links that keep their places, as the name of a link or as
+    // JSON, {"link": "tool0", "position": 1e-4, "rotation": 1e-3} or an array of such; null by
+    // default, for none. docs/how-to/constraints.md lists the keys.
+    const char *keep;
     // Weights of joints, in place of those of the scene; null by default, for none. They prepare
     // the scene anew, and a model is not used with them.
     const struct ExtricateWeight *weights;
@@ -415,6 +422,14 @@ typedef struct ExtricateSummary {
     // along a path that was proved free.
     bool detour;
 } ExtricateSummary;
+
+// How far a kept link is off.
+typedef struct ExtricateKeptError {
+    // Distance of the link's origin from its place [m].
+    double position;
+    // Angle of the link, or of its kept axis, from its orientation [rad].
+    double rotation;
+} ExtricateKeptError;
 
 // A contact of two bodies at a witness, in world coordinates.
 typedef struct ExtricateContact {
@@ -1001,6 +1016,15 @@ size_t extricate_answer_touching(const struct ExtricateAnswer *answer,
 // Returns the number of coordinates of the query that are beyond their limits, and points
 // `coordinates` to their indices.
 size_t extricate_answer_outside(const struct ExtricateAnswer *answer, const size_t **coordinates);
+
+// Returns the number of kept links that are off at the query by more than their tolerances, and
+// points `links` to their indices in the order of the option `keep`.
+size_t extricate_answer_off(const struct ExtricateAnswer *answer, const size_t **links);
+
+// Returns the number of kept links, and points `kept` to how far each is off at the witness; none
+// if the query is free.
+size_t extricate_answer_kept(const struct ExtricateAnswer *answer,
+                             const struct ExtricateKeptError **kept);
 
 // Returns the number of contacts at the witness, and points `contacts` to them.
 size_t extricate_answer_contacts(const struct ExtricateAnswer *answer,

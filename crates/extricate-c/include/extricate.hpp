@@ -192,6 +192,7 @@ enum class Unproved : std::uint32_t {
     no = EXTRICATE_IS_PROVED,
     surfaces = EXTRICATE_UNPROVED_SURFACES,
     shallow = EXTRICATE_UNPROVED_SHALLOW,
+    off = EXTRICATE_UNPROVED_OFF,
 };
 
 /// What samples are.
@@ -733,6 +734,7 @@ struct Options {
     bool contacts = false;
     std::vector<std::string> locked;
     std::vector<std::string> free;
+    std::string keep;
     std::vector<Weight> weights;
     std::vector<double> toward;
     double toward_share = 0.25;
@@ -765,6 +767,7 @@ public:
         raw_.locked_count = locked_.size();
         raw_.free = free_.data();
         raw_.free_count = free_.size();
+        raw_.keep = options.keep.empty() ? nullptr : options.keep.c_str();
         raw_.weights = weights_.data();
         raw_.weight_count = weights_.size();
         raw_.toward = options.toward.data();
@@ -823,6 +826,10 @@ public:
     [[nodiscard]] Range<ExtricatePair> touching() const { return range<ExtricatePair>(extricate_answer_touching); }
     /// Coordinates of the query that are beyond their limits.
     [[nodiscard]] Range<std::size_t> outside() const { return range<std::size_t>(extricate_answer_outside); }
+    /// Kept links that are off at the query, as indices in the order of Options::keep.
+    [[nodiscard]] Range<std::size_t> off() const { return range<std::size_t>(extricate_answer_off); }
+    /// How far each kept link is off at the witness.
+    [[nodiscard]] Range<ExtricateKeptError> kept() const { return range<ExtricateKeptError>(extricate_answer_kept); }
     /// Contacts of bodies at the witness.
     [[nodiscard]] Range<ExtricateContact> contacts() const { return range<ExtricateContact>(extricate_answer_contacts); }
     /// The distinct exits, nearest first, if the options request more than one.

@@ -4,7 +4,7 @@
 
 use std::ffi::c_void;
 
-use extricate::{Error, QueryOptions, Scene, Solver, Stop, Termination, Toward};
+use extricate::{Error, KeptLink, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
 use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions, ExtricateWeight};
@@ -61,6 +61,7 @@ pub fn defaults() -> ExtricateOptions {
         locked_count: 0,
         free: std::ptr::null(),
         free_count: 0,
+        keep: std::ptr::null(),
         weights: std::ptr::null(),
         weight_count: 0,
         toward: std::ptr::null(),
@@ -90,6 +91,8 @@ impl Wanted {
         // SAFETY: the same.
         let free = unsafe { raw::texts(given.free, given.free_count, "options.free") }?;
         // SAFETY: the same.
+        let keep = unsafe { raw::optional_text(given.keep, "options.keep") }?;
+        // SAFETY: the same.
         let weights = unsafe { raw::slice(given.weights, given.weight_count, "options.weights") }?;
         let weight = |(at, weight): (usize, &ExtricateWeight)| {
             // SAFETY: the same.
@@ -116,6 +119,9 @@ impl Wanted {
         options.starts = (given.starts > 0).then_some(given.starts);
         options.gap = (!given.gap.is_nan()).then_some(given.gap);
         options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
+        if let Some(keep) = keep {
+            options.keep = KeptLink::from_text(scene, keep).map_err(of_call)?;
+        }
         if !goal.is_empty() {
             options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }
@@ -235,6 +241,7 @@ mod tests {
         ("gap", "nan"),
         ("clearance", "nan"),
         ("locked", "null"),
+        ("keep", "null"),
         ("toward", "null"),
         ("max_checks", "SIZE_MAX"),
         ("max_seconds", "infinity"),
@@ -302,6 +309,7 @@ mod tests {
             "gap" => number(given.gap),
             "clearance" => number(given.clearance),
             "locked" => pointer(given.locked.is_null()),
+            "keep" => pointer(given.keep.is_null()),
             "toward" => pointer(given.toward.is_null()),
             "toward_share" => number(given.toward_share),
             "max_checks" => count(given.max_checks),
@@ -355,6 +363,8 @@ mod tests {
             refused(&|o| o.max_seconds = seconds, &format!("options.max_seconds: got {said}, expected more than 0"));
         }
         refused(&|o| (o.locked, o.locked_count) = (name.as_ptr(), 1), "elbow");
+        refused(&|o| o.keep = name[0], "keep: got `elbow`");
+        refused(&|o| o.keep = c"{\"link\": 1}".as_ptr(), "options.keep: got {\"link\": 1}");
         refused(&|o| (o.toward, o.toward_count, o.gap) = (goal.as_ptr(), 3, 0.1), "options.toward: got a goal");
         refused(&|o| (o.toward, o.toward_count) = (goal.as_ptr(), 2), "expected 3 coordinates");
         let share = |o: &mut ExtricateOptions| (o.toward, o.toward_count, o.toward_share) = (goal.as_ptr(), 3, -1.0);

@@ -58,8 +58,8 @@ pub use model::{EndedBy, Model, Statistics};
 pub use query::answer::TOUCHING;
 pub use query::options::{OptionEntry, QUERY_OPTIONS};
 pub use query::{
-    Answer, AnswerRecord, ContactRecord, Effort, Exit, ExitRecord, QueryOptions, Stop, StraightSegment, Termination,
-    Toward, Unproved,
+    Answer, AnswerRecord, ContactRecord, Effort, Exit, ExitRecord, KeptError, KeptLink, QueryOptions, Stop,
+    StraightSegment, Termination, Toward, Unproved,
 };
 pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};

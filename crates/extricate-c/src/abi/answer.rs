@@ -3,7 +3,7 @@
 #![allow(unsafe_code)]
 
 use super::handles::ExtricateAnswer;
-use super::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
+use super::types::{ExtricateContact, ExtricateExit, ExtricateKeptError, ExtricatePair, ExtricateSummary};
 use crate::raw;
 use crate::status::guarded;
 
@@ -59,6 +59,25 @@ pub unsafe extern "C" fn extricate_answer_outside(
 ) -> usize {
     // SAFETY: the contract of this module.
     unsafe { raw::list(answer, coordinates, |answer| &answer.answer.outside) }
+}
+
+/// Returns the number of kept links that are off at the query by more than their tolerances, and
+/// points `links` to their indices in the order of the option `keep`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_off(answer: *const ExtricateAnswer, links: *mut *const usize) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::list(answer, links, |answer| &answer.answer.off) }
+}
+
+/// Returns the number of kept links, and points `kept` to how far each is off at the witness; none
+/// if the query is free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_kept(
+    answer: *const ExtricateAnswer,
+    kept: *mut *const ExtricateKeptError,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::list(answer, kept, |answer| &answer.kept) }
 }
 
 /// Returns the number of contacts at the witness, and points `contacts` to them.

@@ -1,10 +1,11 @@
 //! Converts answers of the library to the structures of the header; reads no pointers of callers.
 
-use extricate::{Answer, Contact, PairId, Scene, SegmentOutcome};
+use extricate::{Answer, Contact, KeptError, PairId, Scene, SegmentOutcome};
 
 use super::handles::ExtricateAnswer;
 use super::types::{
-    EXTRICATE_IS_PROVED, ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSegment, ExtricateSummary,
+    EXTRICATE_IS_PROVED, ExtricateContact, ExtricateExit, ExtricateKeptError, ExtricatePair, ExtricateSegment,
+    ExtricateSummary,
 };
 use crate::enum_constants::{UNPROVED, number};
 
@@ -62,8 +63,10 @@ pub fn answer(scene: &Scene, answer: Answer) -> ExtricateAnswer {
     let (colliding, touching) = (pairs(&answer.colliding), pairs(&answer.touching));
     let contacts = answer.contacts.iter().map(|one| contact(scene, one)).collect();
     let exits = answer.exits.iter().map(|exit| ExtricateExit { depth: exit.depth, witness: exit.witness.as_ptr() });
+    let kept = |kept: &KeptError| ExtricateKeptError { position: kept.position, rotation: kept.rotation };
+    let kept = answer.kept.iter().map(kept).collect();
     let (summary, exits) = (summary(&answer), exits.collect());
-    ExtricateAnswer { summary, colliding, touching, contacts, exits, answer }
+    ExtricateAnswer { summary, colliding, touching, kept, contacts, exits, answer }
 }
 
 pub fn contact(scene: &Scene, contact: &Contact) -> ExtricateContact {

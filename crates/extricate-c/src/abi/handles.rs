@@ -9,7 +9,7 @@ use crate::abi::grasp_types::{ExtricateGraspContact, ExtricateGraspSummary};
 use crate::abi::motion_types::{
     ExtricateEscapeSummary, ExtricatePairDistance, ExtricatePlanSummary, ExtricateRepairedSummary,
 };
-use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
+use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricateKeptError, ExtricatePair, ExtricateSummary};
 use crate::options::Weights;
 use crate::status::{Result, c_string};
 
@@ -51,6 +51,7 @@ pub struct ExtricateAnswer {
     pub(crate) summary: ExtricateSummary,
     pub(crate) colliding: Vec<ExtricatePair>,
     pub(crate) touching: Vec<ExtricatePair>,
+    pub(crate) kept: Vec<ExtricateKeptError>,
     pub(crate) contacts: Vec<ExtricateContact>,
     /// Their witnesses point into `answer`.
     pub(crate) exits: Vec<ExtricateExit>,

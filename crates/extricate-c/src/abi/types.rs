@@ -49,6 +49,8 @@ pub const EXTRICATE_IS_PROVED: u32 = 0;
 pub const EXTRICATE_UNPROVED_SURFACES: u32 = 1;
 /// No lower bound is proved, because the bodies overlap too little.
 pub const EXTRICATE_UNPROVED_SHALLOW: u32 = 2;
+/// Nothing is proved: nothing collides, and a kept link is off.
+pub const EXTRICATE_UNPROVED_OFF: u32 = 3;
 
 /// Shape: a box; `size` holds its full sides \[m\].
 pub const EXTRICATE_BOX: u32 = 0;
@@ -235,6 +237,10 @@ pub struct ExtricateOptions {
     pub free: *const *const c_char,
     /// Number of `free` joints.
     pub free_count: usize,
+    /// The links that keep their places: links that keep their places, as the name of a link or as
+    /// JSON, {"link": "tool0", "position": 1e-4, "rotation": 1e-3} or an array of such; null by
+    /// default, for none. docs/how-to/constraints.md lists the keys.
+    pub keep: *const c_char,
     /// Weights of joints, in place of those of the scene; null by default, for none. They prepare
     /// the scene anew, and a model is not used with them.
     pub weights: *const ExtricateWeight,
@@ -322,6 +328,16 @@ pub struct ExtricatePair {
     pub first: usize,
     /// The higher index.
     pub second: usize,
+}
+
+/// How far a kept link is off.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtricateKeptError {
+    /// Distance of the link's origin from its place \[m\].
+    pub position: f64,
+    /// Angle of the link, or of its kept axis, from its orientation \[rad\].
+    pub rotation: f64,
 }
 
 /// A contact of two bodies at a witness, in world coordinates.

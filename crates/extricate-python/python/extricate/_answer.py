@@ -53,7 +53,7 @@ class Answer:
     gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 if the query is free, 1 if nothing is proved. "quick"
         and "refined" stop once it is at most 0.15, unless the query sets another gap.
     unproved: if nothing is proved, the reason: "surfaces" (what collides encloses nothing) or "shallow" (the overlap is too
-        shallow for a proof); else None.
+        shallow for a proof) or "off" (nothing collides: a kept link is off); else None.
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query. If false, it did so when the model was
         learned.
@@ -66,6 +66,9 @@ class Answer:
         contacts.
     outside: joints of the query that are beyond their limits. Such a query is not free, whether or not anything collides. The
         witness is within all limits; `depth` is measured from the query as it is.
+    off: which of the kept links are off at the query by more than their tolerances, as indices into `keep`. Such a query is not
+        free, whether or not anything collides.
+    kept: for each kept link, how far it is off at the witness: its origin [m] and its orientation [rad].
     touching: pairs of bodies that touch at the witness. With effort "nearest" none, unless the query requests contacts.
     contacts: places where these pairs touch; a pair of meshes may have several.
     gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it by
@@ -95,6 +98,8 @@ class Answer:
     max_displacement: float
     colliding: List[NamePair]
     outside: List[str]
+    off: List[int]
+    kept: List[Tuple[float, float]]
     touching: List[NamePair]
     contacts: List[Contact]
     gradient: npt.NDArray[np.float64]
@@ -132,7 +137,7 @@ class Answer:
     @property
     def free(self) -> bool:
         """Whether the query itself is free."""
-        return not self.colliding and not self.outside
+        return not self.colliding and not self.outside and not self.off
 
     def __str__(self) -> str:
         """Returns the most important facts of the answer, for people."""
@@ -148,6 +153,8 @@ class Answer:
         ]
         if self.outside:
             rows.append(("outside", "limits of " + ", ".join(self.outside)))
+        if self.kept:
+            rows.append(("kept", ", ".join(f"off by {position:.2g} m, {rotation:.2g} rad" for position, rotation in self.kept)))
         if self.touching or self.effort != "nearest":
             rows.append(("touching", _listed(self.touching)))
         rows += [("exit", f"{other.depth:.4g}, touching {_listed(other.touching)}") for other in self.exits[1:]]

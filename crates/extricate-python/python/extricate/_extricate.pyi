@@ -16,6 +16,7 @@ from ._parts import Obstacle, Pose, Robot
 _Path = Union[str, PathLike[str]]
 _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
+_Keep = Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]
 _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
@@ -102,6 +103,7 @@ class _Calls:
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -129,6 +131,7 @@ class _Calls:
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         free_radius: bool = False,
         limits: str = "forgive",
@@ -283,6 +286,7 @@ class Scene(_Calls):
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -362,6 +366,7 @@ class Model(_Calls):
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -384,6 +389,7 @@ class Model(_Calls):
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -415,6 +421,7 @@ class Solver(_Calls):
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -444,6 +451,7 @@ class Solver(_Calls):
         clearance: Optional[float] = None,
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
+        keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy.typing as npt
 
@@ -24,6 +24,7 @@ class QueryOptions:
     clearance: clearance to aim at, in place of the scene's [m].
     locked: joints that stay where the query has them.
     free: the joints that may move, in place of `locked`.
+    keep: links that stay where they are, or that are brought to a pose, as in `Scene.query`.
     weights: weights of the joint metric, by joint.
     toward: a configuration: among exits about as near as the nearest, the witness is the one nearest to it.
     toward_share: how much farther than the nearest these exits may be, as a share of its depth.
@@ -42,6 +43,7 @@ class QueryOptions:
     clearance: Optional[float] = None
     locked: Optional[Sequence[str]] = None
     free: Optional[Sequence[str]] = None
+    keep: Optional[Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]] = None
     weights: Optional[Mapping[str, Union[float, Tuple[float, float]]]] = None
     toward: Optional[npt.ArrayLike] = None
     toward_share: float = 0.25

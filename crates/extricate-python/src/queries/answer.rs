@@ -24,7 +24,7 @@ pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<
         let witness = PyArray1::from_slice(py, exit.witness);
         EXIT.import(py, PYTHON_MODULE, "Exit")?.call1((exit.depth, witness, pairs(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 23] = [
+    let fields: [Bound<'_, PyAny>; 25] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
@@ -36,6 +36,8 @@ pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<
         answer.max_displacement.into_pyobject(py)?.into_any(),
         pairs(&answer.colliding).into_pyobject(py)?.into_any(),
         answer.outside.into_pyobject(py)?.into_any(),
+        answer.off.to_vec().into_pyobject(py)?.into_any(),
+        answer.kept.iter().map(|kept| (kept.position, kept.rotation)).collect::<Vec<_>>().into_pyobject(py)?.into_any(),
         pairs(&answer.touching).into_pyobject(py)?.into_any(),
         answer.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, answer.gradient).into_any(),

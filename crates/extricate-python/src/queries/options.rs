@@ -1,12 +1,16 @@
 //! Reads the keywords of `query`, `batch` and `stream` in one place. The library checks the values.
 
-use extricate::{Config, Error, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward};
+use extricate::entries::PoseEntry;
+use extricate::{
+    Config, Error, KeptLink, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyMapping, PyType};
 
 use crate::entries::lists::Names;
+use crate::entries::pose::pose;
 use crate::error::{Whole, count, exception, warn};
 use crate::rows::arrays::{bad_row, floats, one_config};
 
@@ -85,6 +89,7 @@ impl CallOptions {
         options.gap = given.get("gap")?;
         options.clearance = given.get("clearance")?;
         options.locked = given.locked(scene)?;
+        options.keep = given.keep(scene)?;
         options.toward = given.toward(scene)?;
         options.termination.max_checks = given.whole("max_checks")?;
         options.termination.max_seconds = given.get("max_seconds")?;
@@ -265,6 +270,19 @@ impl<'py> Given<'py> {
         Ok(Vec::new())
     }
 
+    /// Reads the kept links: a name, a mapping, or a sequence of mappings.
+    fn keep(&self, scene: &Scene) -> PyResult<Vec<KeptLink>> {
+        let Some(value) = self.value("keep")? else { return Ok(Vec::new()) };
+        if let Ok(name) = value.extract::<String>() {
+            return KeptLink::from_text(scene, &serde_json::json!({ "link": name }).to_string()).map_err(exception);
+        }
+        let entries = match value.cast::<PyMapping>() {
+            Ok(one) => vec![one.clone()],
+            Err(_) => extracted("keep", &value)?,
+        };
+        entries.iter().map(|entry| kept_link(entry, scene)).collect()
+    }
+
     fn toward(&self, scene: &Scene) -> PyResult<Option<Toward>> {
         let share = self.or("toward_share", 0.25)?;
         let Some(goal) = self.value("toward")? else { return Ok(None) };
@@ -327,4 +345,30 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
         }
     };
     weights.items()?.iter().map(read).collect()
+}
+
+/// Reads a kept link. Its pose may have any form that `Box` takes.
+fn kept_link(entry: &Bound<'_, PyMapping>, scene: &Scene) -> PyResult<KeptLink> {
+    let copy = PyDict::new(entry.py());
+    for item in entry.items()? {
+        let (key, value): (String, Bound<'_, PyAny>) = extracted("keep", &item)?;
+        if key == "pose" && !value.is_none() {
+            let PoseEntry { xyz, rpy, quat_xyzw, quat_wxyz } = pose("keep[\"pose\"]", &value)?;
+            let pose = PyDict::new(entry.py());
+            pose.set_item("xyz", xyz)?;
+            rpy.map_or(Ok(()), |rpy| pose.set_item("rpy", rpy))?;
+            quat_xyzw.map_or(Ok(()), |quaternion| pose.set_item("quat_xyzw", quaternion))?;
+            quat_wxyz.map_or(Ok(()), |quaternion| pose.set_item("quat_wxyz", quaternion))?;
+            copy.set_item(key, pose)?;
+        } else if key == "axis" && !value.is_none() {
+            copy.set_item(key, floats("keep[\"axis\"]", &value)?)?;
+        } else {
+            copy.set_item(key, value)?;
+        }
+    }
+    let json: String = entry.py().import("json")?.call_method1("dumps", (copy,))?.extract()?;
+    KeptLink::from_text(scene, &json)
+        .map_err(exception)?
+        .pop()
+        .ok_or_else(|| PyValueError::new_err("keep: got nothing"))
 }

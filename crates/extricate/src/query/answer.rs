@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::keep::KeptError;
 use super::options::Effort;
 use crate::collision::Contact;
 use crate::cspace::Config;
@@ -37,6 +38,11 @@ pub struct Answer {
     /// or not anything collides. The witness is within all limits; `depth` is from the query as it
     /// is.
     pub outside: Vec<usize>,
+    /// Kept links that are beyond their tolerances at the query, as indices into
+    /// [`super::QueryOptions::keep`]. The query then is not free, whether or not anything collides.
+    pub off: Vec<usize>,
+    /// How far each kept link is off at the witness; empty if the query is free.
+    pub kept: Vec<KeptError>,
     /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the witness;
     /// none with [`Effort::Nearest`], unless contacts were requested.
     pub touching: Vec<PairId>,
@@ -95,7 +101,7 @@ impl Answer {
 
     /// Returns whether the query itself is free.
     pub fn is_free(&self) -> bool {
-        self.colliding.is_empty() && self.outside.is_empty()
+        self.colliding.is_empty() && self.outside.is_empty() && self.off.is_empty()
     }
 }
 
@@ -109,9 +115,11 @@ pub enum Unproved {
     /// The bodies overlap by less than the rounding, or by less than the convex sets inside them
     /// show.
     Shallow,
+    /// Nothing collides: only a kept link is off.
+    Off,
 }
 
-words! { Unproved as "unproved" { Surfaces = "surfaces", Shallow = "shallow" } }
+words! { Unproved as "unproved" { Surfaces = "surfaces", Shallow = "shallow", Off = "off" } }
 
 /// One of several exits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -162,6 +170,8 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         max_displacement: 0.0,
         colliding: Vec::new(),
         outside: Vec::new(),
+        off: Vec::new(),
+        kept: Vec::new(),
         touching: Vec::new(),
         unseen: None,
         clearance,

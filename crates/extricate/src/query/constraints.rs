@@ -1,4 +1,4 @@
-//! Queries with constraints of their own: a clearance, or joints that stay.
+//! Queries with constraints of their own: a clearance, or joints and links that stay.
 
 use std::time::Instant;
 
@@ -9,6 +9,7 @@ use crate::query::answer::Answer;
 use crate::query::context::Context;
 use crate::query::descent::prune::Pruning;
 use crate::query::descent::{Start, descend};
+use crate::query::keep::LinkConstraint;
 use crate::query::options::QueryOptions;
 use crate::query::plan::Plan;
 use crate::query::search::Hint;
@@ -53,7 +54,10 @@ pub(crate) fn under<T: SearchResult>(
     scratch: &mut QueryScratch,
     mut ask: impl FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch) -> Option<T>,
 ) -> Option<T> {
-    let plain = Constraints::new(context, None, &options.locked);
+    let plain = Constraints {
+        kept: LinkConstraint::all(context.checker.scene(), &options.keep, q),
+        ..Constraints::new(context, None, &options.locked)
+    };
     let plain = plain.apply(context);
     let Some(aim) = options.clearance.filter(|aim| *aim != context.clearance) else {
         return ask(&plain, options, Hint::default(), scratch);
@@ -189,6 +193,7 @@ impl<T: SearchResult, A: FnMut(&Context, &QueryOptions, Hint, &mut QueryScratch)
 struct Constraints {
     checker: Option<Checker>,
     locked: Vec<bool>,
+    kept: Vec<LinkConstraint>,
 }
 
 impl Constraints {
@@ -196,16 +201,17 @@ impl Constraints {
     fn new(context: &Context, aim: Option<f64>, joints: &[usize]) -> Self {
         let checker = aim.map(|aim| context.checker.with_clearance(aim));
         let locked = if joints.is_empty() { Vec::new() } else { locked(context.checker.scene(), joints) };
-        Self { checker, locked }
+        Self { checker, locked, kept: Vec::new() }
     }
 
     fn apply<'a>(&'a self, context: &Context<'a>) -> Context<'a> {
         let checker = self.checker.as_ref().unwrap_or(context.checker);
         let locked = if self.locked.is_empty() { context.locked } else { &self.locked };
-        let own = Context { checker, clearance: checker.base_clearance(), locked, ..*context };
-        // Stored samples were free at the scene's clearance and with all joints; otherwise their
-        // contact planes do not hold.
-        if self.checker.is_some() || !self.locked.is_empty() { own.elsewhere() } else { own }
+        let kept = if self.kept.is_empty() { context.kept } else { &self.kept };
+        let own = Context { checker, clearance: checker.base_clearance(), locked, kept, ..*context };
+        // Stored samples were free at the scene's clearance, with all joints and links anywhere;
+        // otherwise their contact planes do not hold.
+        if self.checker.is_some() || own.is_constrained() { own.elsewhere() } else { own }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The shared data that a query reads: checker, metric, balls, stored samples and constraints.
 
 use super::inner_balls::InnerBalls;
+use super::keep::LinkConstraint;
 use crate::collision::Checker;
 use crate::metric::Metric;
 use crate::samples::SampleSet;
@@ -23,6 +24,8 @@ pub struct Context<'a> {
     pub scale: f64,
     /// Whether each tangent coordinate keeps its value of the query; empty if none does.
     pub locked: &'a [bool],
+    /// Links that keep their places.
+    pub kept: &'a [LinkConstraint],
     /// Pairs that have to stay in touch.
     pub touching: TouchingPairs<'a>,
 }
@@ -57,13 +60,19 @@ impl<'a> Context<'a> {
     /// Creates a context without locked coordinates or held pairs.
     pub fn new(checker: &'a Checker, metric: &'a Metric, balls: &'a InnerBalls, stored: Option<Stored<'a>>) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, stored, clearance, scale, locked: &[], touching: TouchingPairs::default() }
+        let touching = TouchingPairs::default();
+        Self { checker, metric, balls, stored, clearance, scale, locked: &[], kept: &[], touching }
     }
 
     /// Marks samples as possibly colliding, with contact planes that do not hold.
     pub fn elsewhere(self) -> Self {
         let stored = self.stored.map(|stored| Stored { holding: Some(&[]), ..stored });
         Self { stored, ..self }
+    }
+
+    /// Whether some joints or links keep their places of the query.
+    pub fn is_constrained(&self) -> bool {
+        !self.locked.is_empty() || !self.kept.is_empty()
     }
 
     /// Whether a tangent coordinate keeps its value of the query.

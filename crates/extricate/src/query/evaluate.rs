@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use super::keep::Projection;
 use super::termination::Deadline;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
@@ -23,6 +24,8 @@ pub struct Evaluator {
     pub limit: Deadline,
     /// Checks that are kept in reserve to verify known exits.
     pub reserved: usize,
+    /// Moves configurations to where links are kept.
+    projection: Projection,
     /// Whether the search still lacks an exit. The budget then does not end it, since there would
     /// be no answer; only a stop does.
     pub needs_exit: bool,
@@ -92,7 +95,8 @@ impl Evaluator {
     }
 
     /// Labels a configuration by an exact check, and counts it unless the last check that found a
-    /// free configuration was of the same. A configuration beyond its limits is not free.
+    /// free configuration was of the same. A configuration beyond its limits, or at which a kept
+    /// link is off, is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // The steps of a descent along meshes are checked, so its end is often known.
         if !self.free_at.is_empty() && self.free_keeps >= context.clearance && self.free_at == q {
@@ -104,6 +108,9 @@ impl Evaluator {
         if !context.checker.scene().space.is_within(q) {
             return Label::Colliding;
         }
+        if !context.kept.is_empty() && !self.projection.keeps(context.checker.scene(), context.kept, q) {
+            return Label::Colliding;
+        }
         let label = context.checker.label(q, &mut self.check);
         if label == Label::Free {
             self.free_at.clear();
@@ -111,6 +118,11 @@ impl Evaluator {
             self.free_keeps = context.clearance;
         }
         label
+    }
+
+    /// Moves `q` to a configuration nearby that keeps the links; returns whether there is one.
+    pub fn project(&mut self, context: &Context, q: &mut Vec<f64>) -> bool {
+        context.kept.is_empty() || self.projection.project(context.checker.scene(), context.kept, context.locked, q)
     }
 
     /// Evaluates the contacts at `q`; returns by how much \[m\] the worst misses the clearance,

@@ -84,6 +84,8 @@ pub(crate) fn find(
         answer.colliding.extend(context.checker.colliding_pair(q, &mut evaluator.check));
     }
     answer.outside.extend(scene.space.outside(q));
+    let poses = evaluator.check.poses();
+    answer.off.extend((0..context.kept.len()).filter(|at| context.kept[*at].excess(poses) > 1.0));
     if answer.is_free() {
         return Some(answer);
     }
@@ -181,7 +183,7 @@ fn search_with_plans(
 /// Takes the answer of effort `nearest`: the nearest stored sample, free as of learning, or in
 /// another scene the first of a few that is free there. Returns whether there is one.
 fn take_nearest_sample(context: &Context, answer: &mut Answer, scratch: &mut QueryScratch) -> bool {
-    let Some(stored) = context.stored.filter(|_| context.locked.is_empty()) else { return false };
+    let Some(stored) = context.stored.filter(|_| !context.is_constrained()) else { return false };
     let QueryScratch { evaluator, known, boundary, near, .. } = scratch;
     let is_here = stored.holding.is_none();
     let (wanted, count) = match is_here {

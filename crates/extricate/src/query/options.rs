@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::keep::KeptLink;
 use super::termination::Termination;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
@@ -88,6 +89,9 @@ pub struct QueryOptions {
     /// There is no answer if one of them is beyond its limits, or if a colliding pair depends on
     /// them alone.
     pub locked: Vec<usize>,
+    /// Links that keep their places in the query. There is no answer if nothing free is found that
+    /// keeps them.
+    pub keep: Vec<KeptLink>,
     /// A goal: the witness is the exit nearest to it, among exits about as near as the nearest one.
     pub toward: Option<Toward>,
     /// When the query stops early.
@@ -112,6 +116,7 @@ setters! {
         gap: f64 = Some,
         clearance: f64 = Some,
         locked: Vec<usize>,
+        keep: Vec<KeptLink>,
         toward: Toward = Some,
         termination: Termination,
         free_radius: bool,
@@ -130,6 +135,7 @@ impl Default for QueryOptions {
             gap: None,
             clearance: None,
             locked: Vec::new(),
+            keep: Vec::new(),
             toward: None,
             termination: Termination::default(),
             free_radius: false,
@@ -147,6 +153,7 @@ impl QueryOptions {
     pub fn check(&self) -> Result<()> {
         let is_length = |length: f64| (0.0..=1e9).contains(&length);
         self.check_together()?;
+        self.keep.iter().try_for_each(KeptLink::check)?;
         if !(1..=MAX_EXITS).contains(&self.exits) {
             return refuse("exits", self.exits, expected("exits"));
         }
@@ -259,6 +266,7 @@ pub const QUERY_OPTIONS: &[OptionEntry] = &[
     entry("gap", "None", "0 or more and less than 1"),
     entry("clearance", "None", "0 to 1e9 [m]"),
     entry("locked", "None", "names of joints"),
+    entry("keep", "None", "links that keep their places"),
     entry("toward", "None", "a configuration"),
     entry("toward_share", "0.25", "0 to 1e9"),
     entry("max_checks", "None", "0 or more"),

@@ -21,6 +21,8 @@ pub struct Plan {
     /// A stored sample repeats a chosen one within this share of its own distance from the query.
     pub spread: f64,
     pub care: Probes,
+    /// Configurations that are drawn and moved to where links are kept.
+    pub kept_draws: usize,
     /// Starts around the query, and the most after successes and starts that got stuck.
     pub around: usize,
     pub most_around: usize,
@@ -49,6 +51,11 @@ const AROUND_PER_DOF: f64 = 1.0;
 const MIN_DEGREES: usize = 6;
 /// Starts around a quick query for each degree of freedom.
 const QUICK_AROUND_PER_DOF: f64 = 0.1;
+/// Configurations that are drawn to keep links: with half as many, an arm whose tool stays finds a
+/// solution in 144 of 150 queries in place of 148. The second number is that of an exhaustive
+/// query.
+const KEPT_DRAWS: usize = 100;
+const EXHAUSTIVE_KEPT_DRAWS: usize = 1000;
 /// Most starts around the query, unless it is exhaustive or its options set their number.
 const MAX_AROUND: usize = 128;
 /// Starts that are added for every further wanted exit: each must be found, not only the nearest.
@@ -92,6 +99,7 @@ impl Plan {
             stored: 4,
             spread: 0.4,
             care: Probes::Quick,
+            kept_draws: KEPT_DRAWS,
             around: 0,
             most_around: MAX_AROUND.max(more),
             around_per_dof,
@@ -149,6 +157,7 @@ impl Plan {
             stored,
             spread: 0.15,
             care: Probes::Exact,
+            kept_draws: EXHAUSTIVE_KEPT_DRAWS,
             most_around: around,
             prune_factor: 4.0,
             descent,

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use serde::Deserialize;
 
 use super::answer::{Answer, Exit, StraightSegment};
+use super::keep::KeptError;
 use crate::collision::Contact;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
@@ -26,6 +27,10 @@ struct Record {
     colliding: Vec<PairNames>,
     #[serde(default)]
     outside: Vec<String>,
+    #[serde(default)]
+    off: Vec<usize>,
+    #[serde(default)]
+    kept: Vec<KeptError>,
     touching: Vec<PairNames>,
     #[serde(default)]
     unseen: Option<f64>,
@@ -156,6 +161,8 @@ impl<'a> Reader<'a> {
             max_displacement: record.max_displacement,
             colliding: self.pairs(&record.colliding)?,
             outside: self.coordinates(&record.outside)?,
+            off: record.off,
+            kept: record.kept,
             touching: self.pairs(&record.touching)?,
             unseen: record.unseen,
             nearest: record.nearest,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::answer::{Answer, Exit, StraightSegment, Unproved};
+use super::keep::KeptError;
 use super::options::Effort;
 use crate::collision::Contact;
 use crate::cspace::Config;
@@ -34,6 +35,12 @@ pub struct AnswerRecord<'a> {
     pub colliding: Vec<PairNames<'a>>,
     /// The joints of the query that are beyond their limits.
     pub outside: Vec<&'a str>,
+    /// The kept links that are off at the query, see [`Answer::off`].
+    #[serde(skip_serializing_if = "<[usize]>::is_empty")]
+    pub off: &'a [usize],
+    /// How far each kept link is off at the witness, see [`Answer::kept`].
+    #[serde(skip_serializing_if = "<[KeptError]>::is_empty")]
+    pub kept: &'a [KeptError],
     /// The bodies of each pair that touches at the witness.
     pub touching: Vec<PairNames<'a>>,
     /// Estimated share of starts that lead to unmet exits, see [`Answer::unseen`].
@@ -123,6 +130,8 @@ impl Answer {
             max_displacement: self.max_displacement,
             colliding: named(&self.colliding),
             outside: scene.joints_of(&self.outside),
+            off: &self.off,
+            kept: &self.kept,
             touching: named(&self.touching),
             unseen: self.unseen,
             nearest: self.nearest,
@@ -145,7 +154,7 @@ impl Answer {
 mod tests {
     use std::collections::BTreeSet;
 
-    use crate::query::QueryOptions;
+    use crate::query::{KeptError, QueryOptions};
     use crate::scene::builtin;
     use crate::solver::Solver;
 
@@ -160,6 +169,8 @@ mod tests {
         let mut answer = solver.query(&solver.scene().config(&[0.4, 0.0, 0.0]).unwrap()).unwrap();
         answer.nearest = Some(0.1);
         answer.detour = true;
+        answer.off = vec![0];
+        answer.kept = vec![KeptError { position: 0.0, rotation: 0.0 }];
         let record = serde_json::to_value(answer.record(solver.scene())).unwrap();
         let own = serde_json::to_value(&answer).unwrap();
         assert_eq!(keys(&record), keys(&own));

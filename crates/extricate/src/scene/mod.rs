@@ -309,6 +309,18 @@ impl Scene {
         })
     }
 
+    /// Returns the index of the link with this name.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if no link has it; the message calls the name `element`.
+    pub(crate) fn link_named(&self, element: &str, name: &str) -> Result<usize> {
+        let found = self.links.iter().position(|link| link.name == name);
+        found.ok_or_else(|| {
+            let all: Vec<&str> = self.links.iter().map(|link| link.name.as_str()).collect();
+            Error::input("query", element, names::unknown(name, &all))
+        })
+    }
+
     /// Returns the names of the joints that have any of these coordinates, each once.
     pub fn joints_of(&self, coordinates: &[usize]) -> Vec<&str> {
         let has_one = |joint: &&SceneJoint| coordinates.iter().any(|at| joint.q.contains(at));

@@ -140,6 +140,7 @@ impl Solver {
             let expected = format!("indices below the {joints} joints");
             return Err(Error::Option { name: "locked", value: bad.to_string(), expected });
         }
+        options.keep.iter().try_for_each(|keep| keep.check_links(scene))?;
         if !options.locked.is_empty() && scene.joints != self.scene().joints {
             let (value, expected) = ("those of other joints".into(), "joints of the scene".into());
             return Err(Error::Option { name: "locked", value, expected });

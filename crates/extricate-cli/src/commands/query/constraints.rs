@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use clap::Args;
-use extricate::{QueryOptions, Scene, Solver};
+use extricate::{KeptLink, QueryOptions, Scene, Solver};
 
 use crate::args::{goal_to_come, length, share_or_more};
 use crate::input::Configs;
@@ -22,6 +22,13 @@ pub struct ConstraintArgs {
     /// Names of the joints that may move; all others are locked
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     free: Vec<String>,
+    /// Links that keep their places: the name of a link, or JSON such as {"link": "tool0",
+    /// "rotation": null}, or an array of such objects. The keys are link, position and rotation
+    /// (tolerances in m and rad, 1e-4 and 1e-3 if not given; null leaves the link free), axis
+    /// (only this axis of the link keeps its direction), pose (a pose to bring the link to, as in
+    /// scene files) and relative_to (another link)
+    #[arg(long, value_name = "LINK")]
+    keep: Option<String>,
     /// Weights of squared joint displacements in the metric, instead of the scene's; a model is
     /// then not used
     #[arg(long, value_name = "JOINT=W", value_delimiter = ',', value_parser = weight)]
@@ -52,6 +59,9 @@ impl ConstraintArgs {
         if !self.free.is_empty() {
             let free = scene.joints_named("--free", self.free.iter().map(String::as_str))?;
             options.locked = (0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect();
+        }
+        if let Some(keep) = &self.keep {
+            options.keep = KeptLink::from_text(scene, keep)?;
         }
         if let (Some(words), Some(toward)) = (&self.toward, &mut options.toward) {
             let goal = Configs::of_words(std::slice::from_ref(words)).next(scene)?;

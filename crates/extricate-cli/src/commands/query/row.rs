@@ -1,6 +1,6 @@
 //! Formats one answer as rows of text or as a line of JSON.
 
-use extricate::{Answer, AnswerRecord, Scene, Unproved};
+use extricate::{Answer, AnswerRecord, KeptError, Scene, Unproved};
 use serde::Serialize;
 
 use crate::report::{duration, fixed, pairs_in_words};
@@ -42,14 +42,17 @@ impl<'a> QueryRow<'a> {
         };
         let radius =
             record.free_radius.map_or(String::new(), |radius| format!("; nothing touches within {radius:.2e}"));
+        let kept = |kept: &KeptError| format!("; kept to {:.1e} m, {:.1e} rad", kept.position, kept.rotation);
+        let kept: String = record.kept.iter().map(kept).collect();
         let unproved = match record.unproved {
             None => "",
             Some(Unproved::Surfaces) => "; nothing is proved: what collides are surfaces without an inside",
+            Some(Unproved::Off) => "; nothing is proved: only a kept link is off",
             Some(_) => "; nothing is proved: the overlap is too shallow",
         };
         let doubt = if *is_doubtful { "; a limit ended the search, and a nearer exit is not ruled out" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{doubt}",
+            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{kept}{segment}{radius}{unproved}{doubt}",
             fixed(record.depth, 5),
             fixed(record.lower_bound, 5),
             fixed(100.0 * record.max_displacement, 2),

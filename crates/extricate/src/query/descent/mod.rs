@@ -108,7 +108,9 @@ pub fn descend(
     scratch: &mut DescentScratch,
     evaluator: &mut Evaluator,
 ) -> (Option<f64>, Outcome) {
-    let mut descent = Descent::at(context, anchor, start, pruning, options, scratch, evaluator);
+    let Some(mut descent) = Descent::at(context, anchor, start, pruning, options, scratch, evaluator) else {
+        return (None, Outcome::Ended);
+    };
     if descent.starts_in_vain(&start) {
         return (None, Outcome::Pruned);
     }
@@ -151,6 +153,7 @@ struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
+    /// Returns `None` if no configuration near the start keeps the links.
     fn at(
         context: &'a Context<'a>,
         anchor: &'a Anchor,
@@ -159,12 +162,15 @@ impl<'a> Descent<'a> {
         options: &'a DescentOptions,
         scratch: &'a mut DescentScratch,
         evaluator: &'a mut Evaluator,
-    ) -> Self {
+    ) -> Option<Self> {
         for x in [&mut scratch.end, &mut scratch.trial] {
             x.clear();
             x.extend_from_slice(start.config);
         }
-        let (metric, distance) = (context.metric, evaluator.distance(context, anchor, start.config));
+        if !evaluator.project(context, &mut scratch.end) {
+            return None;
+        }
+        let (metric, distance) = (context.metric, evaluator.distance(context, anchor, &scratch.end));
         // The lever is the largest of all points, and most pairs part or meet at a fraction of it.
         // A reach of a tenth finds the same answers as half. A quarter of that finds other answers
         // for a hand, whose fingers are all near each other.
@@ -176,7 +182,7 @@ impl<'a> Descent<'a> {
             // evaluation of the meshes takes as long as ten of their pieces.
             scratch.subproblem.slack = SLACK_M.max(SLACK_SHARE * options.tolerance * distance * metric.lever());
         }
-        Self {
+        Some(Self {
             planes: start.planes.filter(|_| start.are_all),
             radius: (options.radius * distance).max(1e-3 * context.scale),
             margin: widest,
@@ -195,7 +201,7 @@ impl<'a> Descent<'a> {
             is_complete,
             distance,
             widest,
-        }
+        })
     }
 
     /// Whether the contact planes of the start already show that it is of no use. If some contacts
@@ -323,6 +329,9 @@ impl<'a> Descent<'a> {
         let Self { context, scratch, evaluator, .. } = self;
         let DescentScratch { end: x, trial, best, subproblem, .. } = &mut **scratch;
         context.checker.scene().space.integrate(x, &subproblem.step, trial);
+        if !evaluator.project(context, trial) {
+            return self.shorten(REJECTED_STEP_SHARE * length.min(self.radius));
+        }
         let distance = evaluator.distance(context, self.anchor, trial);
         let query = ContactQuery { margin: context.clearance + self.margin, search: self.options.search };
         let mut violation = evaluator.contacts_at(context, trial, query);
@@ -386,9 +395,13 @@ impl<'a> Descent<'a> {
         // up to a twenty-fifth more checks.
         let may_drop = self.context.metric.kind() != MetricKind::Joint || !self.is_complete;
         self.cut = (learned && may_drop).then_some(Cut { known_before, shorter });
-        if !learned || self.was_rejected {
-            self.radius = shorter;
-        }
+        let radius = if !learned || self.was_rejected { shorter } else { self.radius };
+        self.shorten(radius)
+    }
+
+    /// Sets the radius after a rejected step; the descent ends if it is too short.
+    fn shorten(&mut self, radius: f64) -> ControlFlow<Outcome> {
+        self.radius = radius;
         self.was_rejected = true;
         let least = if self.violation > 0.0 { STUCK_STEP_SHARE } else { self.options.tolerance };
         if self.radius < least * self.distance { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }

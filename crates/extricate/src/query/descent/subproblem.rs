@@ -6,6 +6,7 @@ use crate::kinematics::Twists;
 use crate::math::Pose;
 use crate::metric::quadratic::Quadratic;
 use crate::query::context::Context;
+use crate::query::keep::{KeptRows, Span};
 use crate::query::qp::{Qp, QpOutcome};
 use crate::samples::contact_planes::Planes;
 
@@ -23,6 +24,10 @@ pub struct Subproblem {
     pub(crate) low: Vec<f64>,
     high: Vec<f64>,
     twists: Twists,
+    kept: KeptRows,
+    span: Span,
+    /// Inverse weights of the coordinates that may move; 0 for others.
+    inverse: Vec<f64>,
     /// Difference between a known end and the end of a step.
     pub(crate) rest: Vec<f64>,
     /// Inverse diagonal entries of the Hessian.
@@ -31,8 +36,8 @@ pub struct Subproblem {
 
 impl Subproblem {
     /// Builds the program from contacts, with one row for each contact and one for each pair that
-    /// has to stay in touch. The rows of the metric and the box follow. Returns the number of rows
-    /// before those of the metric.
+    /// has to stay in touch. The rows of kept links, those of the metric and the box follow.
+    /// Returns the number of rows before these.
     pub fn build(
         &mut self,
         context: &Context,
@@ -44,6 +49,7 @@ impl Subproblem {
         self.begin(&scene.space, x, radius, context.locked);
         self.twists.set(scene, poses);
         let nv = self.low.len();
+        self.set_kept(context, poses);
         for contact in contacts {
             contact.add_gradient(scene, &self.twists, &mut self.qp.push(0.0)[..nv]);
             self.bound_last_row(context.clearance + self.slack - contact.distance);
@@ -56,7 +62,10 @@ impl Subproblem {
             row.iter_mut().for_each(|slope| *slope = -*slope);
             self.bound_last_row(contact.distance - context.touching.most);
         }
-        self.end()
+        let rows = self.qp.rows();
+        self.kept.push(&mut self.qp, nv);
+        self.end();
+        rows
     }
 
     /// Builds the program from the contact planes of `x`; else as [`Subproblem::build`].
@@ -72,7 +81,9 @@ impl Subproblem {
             self.qp.push(0.0).iter_mut().zip(gradient).for_each(|(slot, g)| *slot = g);
             self.bound_last_row(self.slack - room);
         }
-        self.end()
+        let rows = self.qp.rows();
+        self.end();
+        rows
     }
 
     /// Solves the program; ends as [`QpOutcome::Above`] if the minimum exceeds `most`.
@@ -95,27 +106,53 @@ impl Subproblem {
         qp.reset(quadratic.unknowns);
     }
 
-    fn end(&mut self) -> usize {
+    fn end(&mut self) {
         let Self { quadratic, low, high, qp, .. } = self;
-        let contacts = qp.rows();
         qp.set_box(low, high);
         for (row, bound) in quadratic.rows.chunks_exact(quadratic.unknowns).zip(&quadratic.bounds) {
             qp.push(*bound).copy_from_slice(row);
         }
-        contacts
+    }
+
+    /// Linearises the kept links, and finds the span of their rows.
+    fn set_kept(&mut self, context: &Context, poses: &[Pose]) {
+        let Self { quadratic, kept, span, inverse, twists, .. } = self;
+        kept.set(context.checker.scene(), context.kept, poses, twists);
+        if context.kept.is_empty() {
+            return;
+        }
+        inverse.clear();
+        let weight = |v: usize| if context.is_locked(v) { 0.0 } else { 1.0 / quadratic.tensor.diagonal(v) };
+        inverse.extend((0..context.checker.scene().space.nv()).map(weight));
+        span.set(&kept.rows, inverse);
     }
 
     /// Sets the bound of the last row to `wanted`, but to no more than the box can give: otherwise
     /// the program has no solution.
     fn bound_last_row(&mut self, wanted: f64) {
-        let Self { low, high, qp, .. } = self;
+        let Self { low, high, qp, kept, span, inverse, .. } = self;
         // The zero step is in the box and satisfies such a row.
         if wanted <= 0.0 {
             *qp.last_bound() = wanted;
             return;
         }
-        let sides = low.iter().zip(&*high);
-        let reach: f64 = qp.last_row()[..low.len()].iter().zip(sides).map(|(a, (l, h))| f64::max(a * l, a * h)).sum();
+        let row = &qp.last_row()[..low.len()];
+        let reach = if kept.rows.is_empty() {
+            row.iter().zip(low.iter().zip(&*high)).map(|(a, (l, h))| f64::max(a * l, a * h)).sum::<f64>()
+        } else {
+            // Only what the kept links leave of the row can be reached: along its steepest
+            // direction to the rim of the trust region.
+            let left = span.reduce(row, inverse);
+            let (mut slope, mut scale) = (0.0, f64::INFINITY);
+            for (v, a) in left.iter().enumerate() {
+                let along = inverse[v] * a;
+                slope += a * along;
+                if along != 0.0 {
+                    scale = scale.min(low[v].abs().max(high[v]) / along.abs());
+                }
+            }
+            if slope > 0.0 { slope * scale } else { 0.0 }
+        };
         *qp.last_bound() = wanted.min(0.8 * reach);
     }
 

@@ -36,6 +36,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     // The contacts may have been cached; the checker's poses are then those of another
     // configuration.
     context.metric.anchor(&answer.witness, far_anchor);
+    answer.kept.extend(context.kept.iter().map(|link| link.error(&far_anchor.poses)));
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
     let bound = proof.bound(context, anchor, answer.depth, &mut evaluator.check);
@@ -43,7 +44,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     answer.lower_bound = bound.max(beyond).min(answer.depth);
     answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
     if answer.lower_bound == 0.0 {
-        answer.unproved = Some(why_unproved(context, &anchor.q, &answer.colliding, &mut evaluator.check));
+        answer.unproved = Some(why_unproved(context, anchor, &answer.colliding, &mut evaluator.check));
     }
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
@@ -62,7 +63,15 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     answer.checks = evaluator.checks;
 }
 
-fn why_unproved(context: &Context, q: &[f64], colliding: &[PairId], check: &mut CheckScratch) -> Unproved {
+fn why_unproved(
+    context: &Context,
+    Anchor { q, poses, .. }: &Anchor,
+    colliding: &[PairId],
+    check: &mut CheckScratch,
+) -> Unproved {
+    if colliding.is_empty() && context.kept.iter().any(|link| link.excess(poses) > 1.0) {
+        return Unproved::Off;
+    }
     let mut has_inside = false;
     context.checker.inner_pairs(q, colliding, check, &mut |_| has_inside = true);
     if has_inside { Unproved::Shallow } else { Unproved::Surfaces }

@@ -33,12 +33,13 @@ pub fn search_groups(
 ) -> Option<f64> {
     let mut groups = std::mem::take(&mut scratch.groups);
     let mut memory = std::mem::take(&mut scratch.group_memory);
-    let has_samples = context.stored.is_some() && context.locked.is_empty();
+    let has_samples = context.stored.is_some() && !context.is_constrained();
     let are_free = context.stored.is_some_and(|stored| stored.holding.is_none());
     scratch.known.may_fall_back = has_samples && are_free && scratch.known.looks_anywhere;
     groups.split(context, pairs.at_rest.iter().copied());
     groups.join_carried(context);
-    if groups.roots().next().is_none() {
+    // A kept link moves with joints of any group.
+    if groups.roots().next().is_none() || !context.kept.is_empty() {
         groups.join_all(context);
     }
     let mut believes = !context.checker.all_convex();

@@ -33,6 +33,8 @@ pub struct Known {
     pub exits: Exits,
     pub directions: Directions,
     pub stored: StoredStarts,
+    /// Starts that keep the links, with their distances from the query, nearest first.
+    pub kept: Vec<(f64, Vec<f64>)>,
     pub proof: Proof,
     /// Starts that the group tried, including those that were pruned without a check.
     pub tried: usize,

@@ -3,6 +3,7 @@
 
 pub mod directions;
 pub mod grouped;
+mod kept;
 pub mod known;
 pub mod polish;
 pub mod prove;

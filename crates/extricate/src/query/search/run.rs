@@ -26,6 +26,9 @@ pub fn run(search: &mut Search) {
     }
     ask(search, Source::Directions);
     ask(search, Source::Stored);
+    if !search.context.kept.is_empty() {
+        ask(search, Source::Kept);
+    }
     if search.known.exits.len() == 0 && !search.evaluator.is_spent() {
         find_any(search);
     }
@@ -35,7 +38,7 @@ pub fn run(search: &mut Search) {
 /// Takes any exit, however far. The search may exceed the budget for it, since without an exit
 /// there is no answer.
 fn find_any(search: &mut Search) {
-    if search.context.locked.is_empty() && search.known.looks_anywhere {
+    if !search.context.is_constrained() && search.known.looks_anywhere {
         take_stored(search);
     }
     if search.known.exits.len() == 0 && search.known.looks_anywhere {

@@ -1,11 +1,13 @@
-//! Sources of starts: directions in which bodies part, stored samples, and configurations around
-//! the query. As a last resort, the nearest stored sample or anything free is taken.
+//! Sources of starts: directions in which bodies part, stored samples, configurations that keep
+//! links, and configurations around the query. As a last resort, the nearest stored sample or
+//! anything free is taken.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Search;
 use super::directions::visit_next;
+use super::kept::from_kept;
 use super::known::Known;
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
@@ -24,6 +26,8 @@ pub enum Source {
     Stored,
     /// Configurations around the query.
     Around,
+    /// Configurations that keep the links of the query, nearest first.
+    Kept,
 }
 
 /// Configurations that are tried anywhere before a search gives up.
@@ -41,6 +45,7 @@ impl Source {
             Self::Directions => [plan.most_directions; 2],
             Self::Stored => [plan.stored; 2],
             Self::Around => [plan.around, plan.most_around],
+            Self::Kept => [plan.kept_draws; 2],
         }
     }
 
@@ -50,6 +55,7 @@ impl Source {
             Self::Directions => visit_next(search),
             Self::Stored => from_stored(search, number),
             Self::Around => search.known.exits.len() > 0 && from_around(search, number),
+            Self::Kept => from_kept(search, number),
         }
     }
 }
@@ -103,7 +109,7 @@ pub fn take_anywhere(search: &mut Search) {
         }
         halton.config(space, index, &mut config);
         context.hold(&search.known.rest, &mut config);
-        if search.evaluator.label(context, &config) == Label::Free {
+        if search.evaluator.project(context, &mut config) && search.evaluator.label(context, &config) == Label::Free {
             search.offer_free(&config);
             search.try_start(Start::at(&config));
             break;

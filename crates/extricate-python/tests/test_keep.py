@@ -1,0 +1,55 @@
+"""Links that queries keep in place."""
+
+import numpy as np
+import pytest
+
+from extricate import Scene, Solver
+
+
+def test_the_tool_stays_and_the_answer_says_how_far_it_is_off() -> None:
+    scene = Scene.builtin("shelf-arm")
+    queries = scene.sample(24, seed=3, colliding=True)
+    link = scene.joints[-1].name.replace("joint", "link")
+    kept = 0
+    for q in queries:
+        plain = scene.query(q)
+        answer = scene.query(q, keep={"link": link, "rotation": None})
+        assert plain is not None
+        if answer is None:
+            continue
+        kept += 1
+        assert answer.verified and scene.check(answer.witness) and answer.depth >= plain.lower_bound
+        before, after = (scene.poses(each, of=[link])[0] for each in (q, answer.witness))
+        off = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
+        assert off <= 1e-4 and answer.kept[0][0] == pytest.approx(off, abs=1e-12)
+        given = scene.query(q, keep=[{"link": link, "pose": before, "rotation": None}])
+        assert given is not None and given.depth == pytest.approx(answer.depth, rel=0.05)
+    assert kept > 8
+
+
+def test_a_free_query_is_moved_to_a_pose() -> None:
+    scene = Scene.builtin("shelf-arm")
+    q, target = scene.sample(2, seed=5, colliding=False)
+    link = scene.joints[-1].name.replace("joint", "link")
+    pose = scene.poses(target, of=[link])[0]
+    answer = Solver(scene, keep={"link": link, "pose": pose, "position": np.float64(1e-3)}).query(q)
+    assert answer is not None and answer.off == [0] and not answer.free and answer.unproved == "off"
+    assert np.allclose(scene.poses(answer.witness, of=[link])[0], pose, atol=2e-3)
+    assert "kept" in str(answer)
+    rows = scene.query_batch(np.array([q, target]), keep={"link": link, "pose": pose})
+    assert not rows["free"][0] and rows["free"][1]
+
+
+@pytest.mark.parametrize(
+    "keep, said",
+    [
+        ("tol", "keep: got `tol`, expected one of"),
+        ({"link": "link_7", "wide": 1}, "unknown field `wide`"),
+        ({"link": "link_7", "position": 0}, "position 0"),
+        ({"link": "link_7", "pose": [1, 2]}, "keep\\[\"pose\"\\]: got shape"),
+        ({}, "missing field `link`"),
+    ],
+)
+def test_what_makes_no_sense_is_named(keep: object, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        Scene.builtin("shelf-arm").query(np.zeros(7), keep=keep)  # type: ignore[arg-type]
