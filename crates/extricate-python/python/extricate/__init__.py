@@ -34,6 +34,7 @@ from ._parts import (
     Robot,
     SdfRobot,
     Sphere,
+    UsdRobot,
     Voxels,
     spheres,
 )
@@ -68,6 +69,7 @@ __all__ = [
     "Solver",
     "Sphere",
     "Stream",
+    "UsdRobot",
     "Voxels",
     "__version__",
     "fleet",
