@@ -148,7 +148,7 @@ def main():
             output = pathlib.Path(folder) / f"{case}.parquet"
             command = [sys.executable, __file__, "--one-case", case, str(source), str(output), "--block", str(given.block)]
             said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
-            print(said[: said.rindex("{")], end="")
+            print("".join(line + "\n" for line in said.splitlines() if line.startswith("    a node")), end="")
             took = json.loads(said[said.rindex("{") :])
             found = contents(output)
             first = first or found

@@ -385,6 +385,12 @@ def test_units_pairs_and_obstacles(tmp_path: pathlib.Path) -> None:
     assert extricate.Scene(Robot.from_usd(Usd.Stage.Open(str(path)))).pairs == scene.pairs
 
 
+def test_names_that_usd_does_not_have_are_those_of_the_display(tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "arm.usda"
+    path.write_text(ARM.replace("LIMITS", LIMITS).replace('PhysicsPrismaticJoint "slide"', 'PhysicsPrismaticJoint "tn__slide1_b" (\n displayName = "slide.1"\n)'))
+    assert [joint.name for joint in Scene(Robot.from_usd(path)).joints] == ["shoulder", "slide.1"]
+
+
 def test_what_a_urdf_cannot_express_is_an_error(tmp_path: pathlib.Path) -> None:
     path = tmp_path / "arm.usda"
     path.write_text(ARM.replace("LIMITS", ""))

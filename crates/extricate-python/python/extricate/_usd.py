@@ -46,6 +46,12 @@ def _rigid(transform: Array) -> Array:
     return found
 
 
+def _name(prim: Any) -> str:
+    """Returns the name of a prim; that it had in another format, if USD has no such names and a converter wrote it otherwise."""
+    name = str(prim.GetName())
+    return str(prim.GetDisplayName()) or name if name.startswith("tn__") else name
+
+
 class _Shape:
     """A collision shape: its prim, its body (None if it stands), and its pose in the body or in the world."""
 
@@ -74,7 +80,7 @@ class _Converter:
         # Names of joints here, by path.
         self.joints: Dict[Any, str] = {}
         self.prims = list(self.usd.PrimRange(stage.GetPseudoRoot(), self.usd.TraverseInstanceProxies()))
-        self.bodies = {prim.GetPath(): self.names.free(prim.GetName()) for prim in self.prims if self.is_body(prim)}
+        self.bodies = {prim.GetPath(): self.names.free(_name(prim)) for prim in self.prims if self.is_body(prim)}
         self.shapes = list(self.find_shapes())
         self.treatments: Dict[str, Set[str]] = {}
 
@@ -284,7 +290,7 @@ class _Converter:
     def robot(self, options: Dict[str, Any]) -> UsdRobot:
         given = {*options.get("limits", ()), *options.get("locked", ())}
         joints = [prim for prim in self.prims if prim.IsA(self.physics.Joint) and self.physics.Joint(prim).GetJointEnabledAttr().Get()]
-        self.joints = {joint.GetPath(): self.joint_names.free(joint.GetName()) for joint in joints}
+        self.joints = {joint.GetPath(): self.joint_names.free(_name(joint)) for joint in joints}
         around: Dict[Any, List[Any]] = {}
         both = {joint.GetPath(): self.ends(joint) for joint in joints}
         for joint in joints:
@@ -365,7 +371,7 @@ class _Converter:
                 continue
             if shape.body is not None:
                 self.left_out.append(f"the body {shape.body} has no joint, and is an obstacle where the stage has it")
-            name = self.names.free(shape.prim.GetName())
+            name = self.names.free(_name(shape.prim))
             made = self.obstacle(shape, name, self.pose(shape.body))
             if made is not None:
                 found.append(made)
