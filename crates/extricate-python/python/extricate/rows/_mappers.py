@@ -26,14 +26,17 @@ class _UnusableObject(Exception):
     """An object that no row can hold."""
 
 
-@functools.lru_cache(maxsize=4)
-def _loaded(scene: Union[str, bytes, None], model: Union[str, bytes, None]) -> Solver:
-    """Returns the solver of a scene and a model, each a path or bytes. A process loads what it uses once."""
+def _load(scene: Union[str, bytes, None], model: Union[str, bytes, None]) -> Solver:
+    """Returns the solver of a scene and a model, each a path or bytes."""
     learned = None if model is None else Model.from_bytes(model) if isinstance(model, bytes) else Model.load(model)
     if scene is None:
         assert learned
         return Solver(learned.scene, learned)
     return Solver(Scene._from_bytes(scene) if isinstance(scene, bytes) else Scene.load(scene), learned)
+
+
+# A process loads what it uses once.
+_loaded = functools.lru_cache(maxsize=4)(_load)
 
 
 class Mapper:

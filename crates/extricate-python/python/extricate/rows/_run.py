@@ -50,7 +50,7 @@ def run(
 ) -> Done:
     """Maps files of rows to files of rows. A run that was ended goes on where it was, and one that is done does nothing.
 
-    mapper: such as `rows.Release(..)`, or any function of a dictionary of arrays that pickles.
+    mapper: such as `rows.Release(..)`, or any function of a dictionary of arrays that workers can import.
     input: a file, a folder of files, or several of these: .parquet, .npz, .npy (the column `q`) or .jsonl.
     output: a folder whose name ends with the format of its files: .parquet, .npz or .jsonl; made if it is missing. Files are
         named by number, in the order of the input, and have the rows of a block each.
@@ -126,10 +126,8 @@ def _work(mapper: bytes, block: Block, target: pathlib.Path) -> Tuple[int, int]:
     return rows, int(np.count_nonzero(columns["error"] != "")) if "error" in columns else 0
 
 
-@functools.lru_cache(maxsize=2)
-def _mapper(pickled: bytes) -> Callable[[Columns], Mapping[str, Any]]:
-    made: Callable[[Columns], Mapping[str, Any]] = pickle.loads(pickled)
-    return made
+# A process makes a mapper once.
+_mapper = functools.lru_cache(maxsize=2)(pickle.loads)
 
 
 def _digest(mapper: Callable[..., Any]) -> str:
