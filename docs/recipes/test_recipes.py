@@ -17,6 +17,7 @@ import penalty_force
 import pinocchio_projection
 import plot_plane
 import pytest
+import release_rows
 import ros_bag
 import start_outside
 import toppra_times
@@ -58,6 +59,13 @@ def test_the_plane_is_drawn(tmp_path: pathlib.Path) -> None:
     assert 0 < scene.check(support).mean() < 1 and len(support) <= model.statistics["support_vectors"]
     assert not scene.check(q) and scene.check(answer.witness)
     assert (tmp_path / "plane.png").stat().st_size > 10_000
+
+
+def test_files_of_hands_are_released_in_every_place(tmp_path: pathlib.Path) -> None:
+    # scripts/check-fleet.sh runs it on Ray.
+    found = {place: release_rows.main(tmp_path, place, 600) for place in ("here", "processes", "dask")}
+    for released in found.values():
+        assert (released["row"] == np.arange(600)).all() and (released["config"] == found["here"]["config"]).all() and released["verified"].all()
 
 
 def test_a_start_beyond_a_limit_is_brought_back() -> None:

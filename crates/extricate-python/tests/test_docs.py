@@ -25,6 +25,7 @@ def test_everything_is_described(name: str) -> None:
                                       extricate.Solver.query, extricate.Solver.batch, extricate.Solver.stream, extricate.Solver.check, extricate.Scene.query, extricate.Scene.check, extricate.Scene.check_segments, extricate.Scene.sample,
                                       extricate.Scene.config, extricate.Scene.positions, extricate.Scene.poses, extricate.Scene.mesh, extricate.Scene.contacts,
                                       extricate.Scene.pair_distances, extricate.Scene.in_world, extricate.import_world, extricate.Scene.colliding_pairs, extricate.Scene.always_colliding,
+                                      extricate.rows.run, extricate.rows.read, extricate.rows.batches, extricate.fleet.learn, extricate.fleet.query, extricate.fleet.release,
                                       extricate.grasps.from_arrays, extricate.grasps.to_arrays,
                                       *[getattr(extricate.ros, name) for name in extricate.ros.__all__]])
 def test_arguments_are_described_with_their_defaults(function) -> None:  # type: ignore[no-untyped-def]

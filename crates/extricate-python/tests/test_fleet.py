@@ -1,10 +1,12 @@
 """Fleets: many scenes at once, on processes of this machine and, if Ray is installed, on two nodes of a cluster."""
 
+import concurrent.futures
+import contextlib
 import importlib.util
-import json
 import os
 import pathlib
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -15,7 +17,7 @@ import numpy as np
 import pytest
 
 import extricate
-from extricate import Scene, fleet
+from extricate import Scene, _pool, fleet
 
 LABELS = 2000
 GRIPPER = """<robot name="gripper"><link name="palm"><collision><geometry><box size="0.08 0.16 0.03"/></geometry></collision></link>
@@ -64,22 +66,37 @@ def test_scenes_are_learned_once_and_a_bad_one_ends_nothing(tmp_path: pathlib.Pa
         models["stuck"]
 
     rows = {key: models[key].scene.sample(5, seed=3, colliding=True) for key in models}
-    queries: Dict[str, Any] = {**rows, "box1": rows["box1"][:, :2], "none": rows["box0"]}
+    spoiled = rows["box0"].copy()
+    spoiled[2, 0] = np.nan
+    queries: Dict[str, Any] = {**rows, "box0": spoiled, "box1": rows["box1"][:, :2], "none": rows["box0"]}
     answers = by_key(fleet.query(tmp_path / "models", queries, workers=2, exits=2))
     assert "shape" in answers["box1"].error and "never learned" in answers["none"].error
     expected = models["lazy"].query_batch(rows["lazy"], exits=2)
-    assert np.array_equal(answers["lazy"].answers, expected) or answers["lazy"].answers.tobytes() == expected.tobytes()
+    assert all((answers["lazy"].answers[name] == expected[name]).all() for name in ("depth", "witness", "exit_count", "checks"))
+    assert np.flatnonzero(answers["box0"].answers["error"] != "").tolist() == [2]
+
+    # Scenes answer without a folder, and hands are released.
+    given = {key: scenes[key] for key in ("box0", "lazy", "stuck")}
+    found = by_key(fleet.query(given, {**{key: rows[key] for key in ("box0", "lazy")}, "stuck": [[0.0]], "no": [[0.0]]}, workers=2))
+    expected = models["lazy"].scene.query_batch(rows["lazy"])
+    assert (found["lazy"].answers["witness"] == expected["witness"]).all()
+    assert found["stuck"].error == "ZeroDivisionError: division by zero" and found["no"].error == "KeyError: 'no'"
+    for source in (given, tmp_path / "models"):
+        released = by_key(fleet.release(source, {"box0": rows["box0"], "lazy": rows["lazy"]}, object="box", workers=2))
+        hands = scenes["box0"].release(rows["box0"], object="box")
+        assert (released["box0"].answers["config"] == [hand.config for hand in hands]).all()
+        assert "'box'" in released["lazy"].error or "box" in released["lazy"].error
 
 
 def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
     with pytest.raises(TypeError, match="unexpected keyword argument 'label'"):
         fleet.learn({}, tmp_path, label=3)
-    with pytest.raises(ValueError, match="on: got 'slurm', expected None or \"ray\""):
+    with pytest.raises(ValueError, match="on: got 'slurm', expected None, \"ray\" or an executor"):
         list(fleet.learn({}, tmp_path, on="slurm"))
     with pytest.raises(ValueError, match="threads: got 0"):
         list(fleet.learn({}, tmp_path, threads=0))
-    (tmp_path / "manifest.json").write_text("{}")
-    with pytest.raises(ValueError, match="manifest.json: got no manifest"):
+    (tmp_path / "manifest.sqlite").write_text("no database, but long enough to be one" * 100)
+    with pytest.raises(ValueError, match="manifest.sqlite: got no manifest"):
         fleet.open(tmp_path)
     with pytest.raises(OSError):
         fleet.open(tmp_path / "none")
@@ -88,7 +105,7 @@ def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
 def children(of: int = 0) -> List[int]:
     """Returns the ids of the workers of this process, or of another one."""
     found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
-    return [int(line.split()[0]) for line in found.splitlines() if "extricate.fleet._work" in line]
+    return [int(line.split()[0]) for line in found.splitlines() if "extricate._worker" in line]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes as Linux has them")
@@ -120,7 +137,7 @@ def test_a_run_that_is_left_ends_its_workers(tmp_path: pathlib.Path) -> None:
 
 DRIVER = """
 import sys
-from extricate import Scene, fleet
+from extricate import Scene, _pool, fleet
 scenes = {"long": Scene.builtin("planar-arm"), "longer": Scene.builtin("hand")}
 list(fleet.learn(scenes, sys.argv[1], labels=3_000_000, seed=4, workers=2))
 """
@@ -199,56 +216,104 @@ def test_a_model_that_was_spoilt_is_learned_again(tmp_path: pathlib.Path) -> Non
 
 
 HASH = "0123456789abcdef0123456789abcdef01234567"
-MODEL = {"bytes": 9, "statistics": {}}
 
 
 @pytest.mark.parametrize(
     "change",
     [
-        {"version": 2},
-        {"version": True},
-        {"version": None},
-        {"models": None},
-        {"models": []},
-        {"models": {HASH: 5}},
-        {"models": {HASH: {}}},
-        {"models": {HASH: {"bytes": 9}}},
-        {"models": {HASH: {"bytes": "9", "statistics": {}}}},
-        {"models": {HASH: {"bytes": 9, "statistics": []}}},
-        {"models": {HASH: MODEL, "../" + HASH[3:]: MODEL}},
-        {"keys": ["a"]},
-        {"keys": None},
-        {"keys": {"a": 5}},
-        {"keys": {"a": "../../../etc/passwd"}},
-        {"keys": {"a": HASH[::-1]}},
-        {"errors": None},
-        {"errors": {"b": 3}},
-        "",
-        "null",
-        "5",
-        "[]",
-        '{"version": 1',
-        "[" * 100_000,
-        b"\xff\xfe{",
+        "PRAGMA user_version = 2",
+        "DROP TABLE models",
+        "DROP TABLE keys",
+        "ALTER TABLE models RENAME COLUMN statistics TO other",
+        "UPDATE keys SET content = '../../../etc/passwd'",
+        "UPDATE keys SET content = 5",
+        "UPDATE models SET statistics = '[]'",
+        "UPDATE models SET statistics = '{'",
+        "DELETE FROM models",
+        b"",
+        b"null",
+        bytes(5000),
     ],
-    ids=lambda change: str(change)[:60],
+    ids=str,
 )
 def test_a_manifest_of_another_shape_is_a_value_error(tmp_path: pathlib.Path, change: Any) -> None:
-    good = {"version": 1, "keys": {"a": HASH}, "errors": {"b": "why"}, "models": {HASH: MODEL}}
-    file = tmp_path / "manifest.json"
-    file.write_text(json.dumps(good))
-    assert list(fleet.open(tmp_path)) == ["a"]
+    list(fleet.learn(objects(1), tmp_path, labels=LABELS))
+    file = tmp_path / "manifest.sqlite"
+    assert list(fleet.open(tmp_path)) == ["box0"]
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == ["", ".model", ".sqlite"], "a run leaves one file of its state"
     if isinstance(change, bytes):
         file.write_bytes(change)
     else:
-        file.write_text(json.dumps({**good, **change}) if isinstance(change, dict) else change)
-    for use in (
-        lambda: fleet.open(tmp_path),
-        lambda: list(fleet.query(tmp_path, {"a": [[0.0]]})),
-        lambda: list(fleet.learn({}, tmp_path)),
-    ):
-        with pytest.raises(ValueError, match="manifest.json: got no manifest of models .*, expected what fleet.learn wrote"):
-            use()
+        with contextlib.closing(sqlite3.connect(file)) as database, database:
+            database.execute(change)
+
+    def statistics() -> Any:
+        models = fleet.open(tmp_path)
+        return models.statistics("box0")
+
+    with pytest.raises(ValueError, match="manifest.sqlite: got no manifest of models .*, expected what fleet.learn wrote"):
+        statistics()
+
+
+def test_a_folder_that_cannot_be_written_is_read(tmp_path: pathlib.Path) -> None:
+    list(fleet.learn(objects(1), tmp_path, labels=LABELS))
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert before["manifest.sqlite"][18:20] == b"\x01\x01", "readers need no second file"
+    assert fleet.open(tmp_path)["box0"].scene.nq == 4
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_the_last_of_many_keys_takes_no_longer_than_the_first(tmp_path: pathlib.Path) -> None:
+    from extricate.fleet._manifest import Manifest
+
+    manifest = Manifest(tmp_path)
+    statistics = {f"figure {k}": k / 7 for k in range(25)}
+    with manifest.held():
+        seconds = []
+        for first in range(0, 6000, 500):
+            started = time.process_time()
+            for at in range(first, first + 500):
+                content = f"{at:040x}"
+                manifest.note(content, 9, statistics)
+                manifest.name(f"key {at}", content)
+            seconds.append(time.process_time() - started)
+    assert len(fleet.open(tmp_path)) == 6000 and f"key {7}" in fleet.open(tmp_path)
+    assert min(seconds[-3:]) < 500 * 1e-3 and min(seconds[-3:]) < 5 * min(seconds[:3])
+
+
+def test_a_fleet_is_learned_on_any_executor(tmp_path: pathlib.Path) -> None:
+    scenes = objects(3)
+    with concurrent.futures.ProcessPoolExecutor(2) as processes:
+        done = by_key(fleet.learn(scenes, tmp_path, labels=LABELS, seed=1, on=processes))
+        rows = {key: scene.sample(5, seed=3, colliding=True) for key, scene in scenes.items()}
+        found = by_key(fleet.query(tmp_path, rows, on=processes))
+    for key, scene in scenes.items():
+        model = extricate.learn(scene, labels=LABELS, seed=1)
+        assert done[key].path.read_bytes() == model.to_bytes()
+        assert (found[key].answers["witness"] == model.query_batch(rows[key])["witness"]).all()
+
+
+class Growing(concurrent.futures.ThreadPoolExecutor):
+    """An executor that notes how many jobs it has at most."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.at_once = self.most = 0
+
+    def submit(self, *args: Any, **kwargs: Any) -> Any:
+        self.at_once += 1
+        self.most = max(self.most, self.at_once)
+        future = super().submit(*args, **kwargs)
+        future.add_done_callback(lambda ended: setattr(self, "at_once", self.at_once - 1))
+        return future
+
+
+def test_an_executor_has_as_many_jobs_as_was_wished() -> None:
+    scene = Scene.builtin("planar-arm")
+    for workers, most in ((3, 3), (0, 2)):
+        with Growing() as executor:
+            found = list(fleet.query({f"{k}": scene for k in range(9)}, {f"{k}": scene.sample(1) for k in range(9)}, on=executor, workers=workers))
+        assert executor.most == most and all(answered.error is None for answered in found)
 
 
 @pytest.mark.parametrize("key", [5, None, ("t", 1), b"a"])
@@ -301,7 +366,41 @@ def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
         rows = {"box7": local["box7"].scene.sample(5, seed=3, colliding=True)}
         (answered,) = fleet.query(tmp_path / "models", rows, on="ray")
         assert answered.error is None and answered.answers is not None
-        assert answered.answers.tobytes() == local["box7"].query_batch(rows["box7"]).tobytes()
+        assert (answered.answers["witness"] == local["box7"].query_batch(rows["box7"])["witness"]).all()
     finally:
         ray.shutdown()
         cluster.shutdown()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="ray is not installed")
+def test_a_node_that_comes_later_is_used(tmp_path: pathlib.Path) -> None:
+    import ray
+    from ray.cluster_utils import Cluster
+
+    node = {"num_cpus": 1, "object_store_memory": 150 * 2**20}
+    cluster = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False})
+    ray.init(address=cluster.address, log_to_driver=False)
+    try:
+        # Workers do not find this file.
+        ray.cloudpickle.register_pickle_by_value(sys.modules[__name__])
+        pool = _pool.Pool("ray", 0, 1)
+        places: List[str] = []
+        for number, place, error in pool.outcomes(_pool.Job(k, place_of) for k in range(60)):
+            assert error is None
+            places.append(place)
+            if len(places) == 3:
+                cluster.add_node(**node)
+        assert len(places) == 60 and len(set(places)) == 2, "both nodes have worked"
+        assert pool._place.size() == 4
+        pool.close()
+    finally:
+        ray.shutdown()
+        cluster.shutdown()
+
+
+def place_of() -> str:
+    """Returns the node that a job runs on, after a second."""
+    import ray
+
+    time.sleep(1.0)
+    return str(ray.get_runtime_context().get_node_id())

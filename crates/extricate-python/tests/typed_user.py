@@ -73,11 +73,22 @@ def mirrored(scene: extricate.Scene, Q: npt.NDArray[np.float64]) -> npt.NDArray[
     )
 
 
+def labelled(scene: extricate.Scene, Q: npt.NDArray[np.float64], folder: pathlib.Path) -> int:
+    label: extricate.rows.Check = extricate.rows.Check(scene)
+    found = label({"q": Q})
+    np.savez(folder / "rows.npz", q=Q)
+    done: extricate.rows.Done = extricate.rows.run(label, folder / "rows.npz", folder / "labels.npz", workers=1)
+    free: npt.NDArray[np.bool_] = extricate.rows.read(folder / "labels.npz")["free"]
+    assert (free == found["free"]).all()
+    return done.rows
+
+
 def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
     scene = extricate.Scene.builtin("planar-arm")
     assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
     model = extricate.learn(scene, labels=5000)
     assert elsewhere(model, scene) >= 0
+    assert labelled(scene, np.array([scene.lower, scene.upper]), tmp_path) == 2
     assert len(obstacles()) == 3 and drawn(scene) > 0
     urdf = '<robot name="box"><link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>'
     afloat = extricate.Scene(extricate.Robot(urdf, base="floating", bounds=([-1] * 3, [1] * 3)), [extricate.Sphere(1)])

@@ -14,7 +14,7 @@ A configuration is a float64 array of shape (nq,), and n of them have shape (n, 
 scenes, models and solvers.
 """
 
-from . import fleet, grasps, ros
+from . import fleet, grasps, ros, rows
 from ._answer import Answer, Contact, Exit
 from ._grasp import Grasp, GraspContact
 from ._extricate import Joint, Model, Progress, Roadmap, Scene, Solver, Stream, __version__, import_world, learn
@@ -34,6 +34,7 @@ from ._parts import (
     Robot,
     SdfRobot,
     Sphere,
+    UsdRobot,
     Voxels,
     spheres,
 )
@@ -68,6 +69,7 @@ __all__ = [
     "Solver",
     "Sphere",
     "Stream",
+    "UsdRobot",
     "Voxels",
     "__version__",
     "fleet",
@@ -75,5 +77,6 @@ __all__ = [
     "import_world",
     "learn",
     "ros",
+    "rows",
     "spheres",
 ]

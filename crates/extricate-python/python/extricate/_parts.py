@@ -126,6 +126,25 @@ class Robot:
 
         return converted(model, options)
 
+    @classmethod
+    def from_usd(cls, stage: Any, **options: Any) -> "UsdRobot":
+        """Makes a robot of a stage of OpenUSD with the package usd-core (`pip install 'extricate[usd]'`): its rigid bodies, joints,
+        collision shapes and pairs.
+
+        stage: a `pxr.Usd.Stage`, or the path of a .usd, .usda, .usdc or .usdz file.
+        options: further arguments of `Robot`, such as "base" or "limits".
+
+        Lengths become metres by the stage's `metersPerUnit`; axes stay as they are. Links have the names of the bodies, and a joint is
+        at 0 where its two frames meet. Bodies without joints, and shapes without a body, are obstacles. Warnings name what is left
+        out or differs (loops, joints that mimic others, uneven scales, pairs of which only some shapes are filtered).
+
+        Raises ImportError if the package is missing, ValueError if the file is none, or a URDF cannot express it: D6 and distance
+        joints. Also if a prismatic joint has no finite limits and `limits` gives none.
+        """
+        from ._usd import converted
+
+        return converted(stage, options)
+
 
 @dataclass(frozen=True, eq=False)
 class MujocoRobot(Robot):
@@ -192,9 +211,25 @@ class SdfRobot(Robot):
     files: Any = field(default=None, repr=False)
 
 
+@dataclass(frozen=True, eq=False)
+class UsdRobot(Robot):
+    """A robot from OpenUSD. A `Scene` of it has its obstacles, and checks the pairs that the stage does not filter.
+
+    obstacles: shapes that do not move.
+    disable: pairs that the stage filters.
+    enable: pairs that one joint joins and the stage checks, because of `collisionEnabled`.
+    files: the folder of the meshes that were made for it; it is deleted with the last robot that has it.
+    """
+
+    obstacles: Sequence[Any] = ()
+    disable: Sequence[Tuple[str, str]] = ()
+    enable: Sequence[Tuple[str, str]] = ()
+    files: Any = field(default=None, repr=False)
+
+
 # `help` of the derived classes shows the fields of `Robot` too.
 _FIELDS = inspect.cleandoc(Robot.__doc__ or "").partition("\n\n")[2]
-for _class in (MujocoRobot, SdfRobot):
+for _class in (MujocoRobot, SdfRobot, UsdRobot):
     _class.__doc__ = f"{inspect.cleandoc(_class.__doc__ or '')}\n{_FIELDS}"
 
 

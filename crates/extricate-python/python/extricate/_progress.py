@@ -1,4 +1,4 @@
-"""The progress bar of `learn` and of fleets."""
+"""The progress bar of `learn`, of fleets and of runs over rows."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@
         print(done.key, done.error or done.statistics["boundary_samples"])
     model = extricate.fleet.open("models")["panda"]
 
-Each scene is learned in a process of its own; with `on="ray"` on the cluster that Ray is connected to. What a folder holds is not
-learned again. A scene that fails is reported, and the others go on. Read in this order: `learn`, `query` and `open` here, then
-`_manifest` (what a folder holds), `_run` (the loop), `_local` and `_cluster` (where work is done), `_work` (what is done there).
+Each scene is learned in a process of this machine, with `on="ray"` on the cluster that Ray is connected to, or on an executor. What a
+folder holds is not learned again. A scene that fails is reported, and the others go on. Many rows of one scene are for `rows`. Read in
+this order: `learn`, `query`, `release` and `open` here, then `_manifest` (what a folder holds).
 """
 
 from __future__ import annotations
@@ -15,17 +15,22 @@ import dataclasses
 import os
 import pathlib
 import reprlib
+import time
 from collections import OrderedDict
-from typing import Any, Callable, Dict, Iterator, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, Optional, Tuple, Type, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _pool
 from .._extricate import Model, Scene
-from ._manifest import Manifest, digest
-from ._run import Job, Progress, Tell, run
+from .._extricate import learn as _learn
+from .._folder import digest
+from .._pool import Job, On, Progress, Tell
+from ..rows import Query, Release
+from ._manifest import Manifest
 
-__all__ = ["Answered", "Fleet", "Learned", "Progress", "learn", "open", "query"]
+__all__ = ["Answered", "Fleet", "Learned", "Progress", "learn", "open", "query", "release"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Scene = Union[Scene, _Path, Callable[[], Scene]]
@@ -56,16 +61,17 @@ class Learned:
 
 @dataclasses.dataclass(frozen=True)
 class Answered:
-    """What became of the queries of one scene.
+    """What became of the rows of one scene.
 
-    key: as in `queries`.
-    answers: as `Model.query_batch` gives them; None where there are none.
+    key: as in the call.
+    answers: results by name, an array each, as `rows.Query` and `rows.Release` give them; its `error` says which rows are spoiled.
+        None where there are none.
     error: why there are none; None where there are.
     seconds: what they took on their worker.
     """
 
     key: str
-    answers: Optional[npt.NDArray[np.void]]
+    answers: Optional[Dict[str, npt.NDArray[Any]]]
     error: Optional[str]
     seconds: float
 
@@ -74,7 +80,7 @@ def learn(
     scenes: Mapping[str, _Scene],
     folder: _Path,
     *,
-    on: Optional[str] = None,
+    on: On = None,
     workers: int = 0,
     threads: int = 1,
     progress: Optional[Tell] = None,
@@ -85,8 +91,9 @@ def learn(
     scenes: by key: a `Scene`, the path of a scene file, or a function that makes the scene when its place comes. Equal scenes are
         learned once.
     folder: for models and a manifest; made where it is missing.
-    on: None for processes of this machine, "ray" for the cluster that Ray is connected to (`pip install extricate[ray]`).
-    workers: how many scenes at once; 0 for one per `threads` cores.
+    on: None for processes of this machine, "ray" for the cluster that Ray is connected to (`pip install extricate[ray]`), or an
+        `Executor` of concurrent.futures, such as `get_executor()` of a client of Dask.
+    workers: how many scenes at once; 0 for one per `threads` cores, or for what the cluster has, however it grows.
     threads: of each scene. Models do not depend on it.
     progress: True for a bar, or a function that is called with a `Progress` after each scene.
     options: labels, seconds and seed, as `extricate.learn` takes them. A model of other options is another model, and learned.
@@ -102,7 +109,7 @@ def learn(
     _texts("scenes", scenes)
     manifest = Manifest(pathlib.Path(folder))
     given = {name: value for name, value in options.items() if value is not None}
-    return _held(dict(scenes), manifest, (on, workers, threads, progress), given)
+    return _held(dict(scenes), manifest, (on, workers, threads), progress, given)
 
 
 def _texts(name: str, mapping: Mapping[str, Any]) -> None:
@@ -112,12 +119,16 @@ def _texts(name: str, mapping: Mapping[str, Any]) -> None:
             raise TypeError(f"{name}: got the key {reprlib.repr(key)}, expected text")
 
 
-def _held(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], given: Dict[str, Any]) -> Iterator[Learned]:
+def _held(
+    scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[On, int, int], progress: Optional[Tell], given: Dict[str, Any]
+) -> Iterator[Learned]:
     with manifest.held():
-        yield from _learned(scenes, manifest, how, given)
+        yield from _learned(scenes, manifest, how, progress, given)
 
 
-def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], given: Dict[str, Any]) -> Iterator[Learned]:
+def _learned(
+    scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[On, int, int], progress: Optional[Tell], given: Dict[str, Any]
+) -> Iterator[Learned]:
     hashes: Dict[str, str] = {}
     # By model, the keys that wait for it while another key learns it.
     twins: Dict[str, list[str]] = {}
@@ -126,21 +137,20 @@ def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...]
         for key, source in scenes.items():
             try:
                 scene = _scene(source)
-                content = digest(scene, given)
+                content = digest(sorted(given.items()), scene.__reduce__()[1][0])
             except Exception as error:  # Scenes and their functions may raise anything; only this scene fails.
                 yield Job(key, error=f"{type(error).__name__}: {error}")
                 continue
             hashes[key] = content
             if manifest.has(content):
-                manifest.name(key, content)
                 yield Job(key, result=(manifest.statistics(content), 0.0))
             elif content in twins:
                 twins[content].append(key)
             else:
                 twins[content] = []
-                yield Job(key, payload={"scene": scene, "options": given})
+                yield Job(key, _model, (scene, given, how[2]))
 
-    for key, result, error in run("learn", jobs(), len(scenes), *how):
+    for key, result, error in _outcomes(jobs(), len(scenes), how, progress):
         content = hashes.get(key, "")
         cached = error is None and len(result) == 2
         if error is None and not cached:
@@ -158,6 +168,31 @@ def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...]
             yield Learned(name, path, statistics, error, seconds if name == key else 0.0, cached or name != key)
 
 
+def _model(scene: Scene, options: Dict[str, Any], threads: int) -> Tuple[bytes, Dict[str, Any], float]:
+    """Learns a scene on a worker; returns the model, its statistics and the seconds."""
+    started = time.perf_counter()
+    model = _learn(scene, threads=threads, **options)
+    return model.to_bytes(), model.statistics, time.perf_counter() - started
+
+
+def _outcomes(
+    jobs: Iterator[Job], total: int, how: Tuple[On, int, int], progress: Optional[Tell]
+) -> Iterator[Tuple[str, Any, Optional[str]]]:
+    """Runs jobs, one for each key, and reports progress."""
+    pool = _pool.Pool(*how)
+    done = failed = 0
+    try:
+        with _pool.telling(progress) as tell:
+            for key, result, error in pool.outcomes(jobs):
+                done += 1
+                failed += error is not None
+                yield key, result, error
+                # The first job of a model finishes all keys that share it, so jobs may exceed the total.
+                tell(Progress(min(done, total), failed, total, "scenes"))
+    finally:
+        pool.close()
+
+
 def _scene(source: _Scene) -> Scene:
     if isinstance(source, Scene):
         return source
@@ -167,40 +202,86 @@ def _scene(source: _Scene) -> Scene:
 
 
 def query(
-    folder: _Path,
+    scenes: Union[_Path, Mapping[str, _Scene]],
     queries: Mapping[str, npt.ArrayLike],
     *,
-    on: Optional[str] = None,
+    on: On = None,
     workers: int = 0,
     threads: int = 1,
     progress: Optional[Tell] = None,
     **options: Any,
 ) -> Iterator[Answered]:
-    """Queries the models of a folder, each with its own configurations; yields the answers of each as they are there.
+    """Queries many scenes, each with its own configurations; yields the answers of each as they are there.
 
-    folder: of `learn`.
-    queries: by key: float64 (n, nq), as `Model.query_batch` takes them.
+    scenes: the folder of `learn`, whose models answer; or scenes by key as `learn` takes them, which answer without a model.
+    queries: by key: float64 (n, nq), as `rows.Query` takes them.
     on, workers, threads, progress: as in `learn`. Answers do not depend on them.
-    options: as `Model.query_batch` takes them.
+    options: as `Solver.batch` takes them.
 
-    Whatever fails is the `error` of its `Answered`: no such model, rows that are no configurations. Raises TypeError for keys that
-    are not text, OSError and ValueError as `open`.
+    Whatever fails is the `error` of its `Answered`: no such scene, rows of another length. Raises TypeError for keys that are not
+    text, OSError and ValueError as `open`.
     """
-    _texts("queries", queries)
-    manifest = Manifest(pathlib.Path(folder), make=False)
+    return _answered(Query, "queries", scenes, queries, (on, workers, threads), progress, options)
+
+
+def release(
+    scenes: Union[_Path, Mapping[str, _Scene]],
+    hands: Mapping[str, npt.ArrayLike],
+    *,
+    on: On = None,
+    workers: int = 0,
+    threads: int = 1,
+    progress: Optional[Tell] = None,
+    **options: Any,
+) -> Iterator[Answered]:
+    """Releases the hands of many scenes from their objects; yields the answers of each as they are there.
+
+    scenes: as in `query`; models are not used.
+    hands: by key: float64 (n, nq), as `rows.Release` takes them.
+    on, workers, threads, progress: as in `learn`. Answers do not depend on them.
+    options: `object`, and others as `Scene.release` takes them.
+
+    Errors are those of `query`.
+    """
+    return _answered(Release, "hands", scenes, hands, (on, workers, threads), progress, options)
+
+
+def _answered(
+    kind: Type[Union[Query, Release]],
+    name: str,
+    scenes: Union[_Path, Mapping[str, _Scene]],
+    given: Mapping[str, npt.ArrayLike],
+    how: Tuple[On, int, int],
+    progress: Optional[Tell],
+    options: Dict[str, Any],
+) -> Iterator[Answered]:
+    _texts(name, given)
+    manifest = None if isinstance(scenes, Mapping) else Manifest(pathlib.Path(scenes), make=False)
 
     def jobs() -> Iterator[Job]:
-        for key, rows in queries.items():
+        for key, rows in given.items():
             try:
-                path = manifest.path(manifest.content(key))
-                model: Any = path.read_bytes() if on == "ray" else str(path.resolve())
-                yield Job(key, payload={"model": model, "rows": np.asarray(rows), "options": options})
+                if isinstance(scenes, Mapping):
+                    mapper = kind(_scene(scenes[key]), threads=how[2], **options)
+                else:
+                    assert manifest
+                    path = manifest.path(manifest.content(key))
+                    # Workers elsewhere do not see the folder.
+                    mapper = kind(model=path if how[0] is None else path.read_bytes(), threads=how[2], **options)
+                yield Job(key, _rows, (mapper, np.asarray(rows)))
             except Exception as error:
                 yield Job(key, error=f"{type(error).__name__}: {error}")
 
-    for key, result, error in run("query", jobs(), len(queries), on, workers, threads, progress):
+    for key, result, error in _outcomes(jobs(), len(given), how, progress):
         answers, seconds = result if error is None else (None, 0.0)
         yield Answered(key, answers, error, seconds)
+
+
+def _rows(mapper: Union[Query, Release], rows: npt.NDArray[Any]) -> Tuple[Dict[str, npt.NDArray[Any]], float]:
+    """Maps the rows of a key on a worker; returns the results and the seconds."""
+    started = time.perf_counter()
+    found = mapper({"q": rows})
+    return {name: values for name, values in found.items() if name != "q"}, time.perf_counter() - started
 
 
 class Fleet(Mapping[str, Model]):
@@ -229,10 +310,10 @@ class Fleet(Mapping[str, Model]):
         return iter(self._manifest.keys())
 
     def __len__(self) -> int:
-        return len(self._manifest.keys())
+        return self._manifest.size()
 
     def __contains__(self, key: object) -> bool:
-        return key in self._manifest.keys()
+        return self._manifest.has_key(key)
 
     def errors(self) -> Dict[str, str]:
         """Keys without a model, and why, as the last run has it."""

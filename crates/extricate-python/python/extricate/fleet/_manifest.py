@@ -3,92 +3,91 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
-import os
 import pathlib
 import re
 import reprlib
-import sys
-import tempfile
-from typing import Any, Dict, Iterator, List, Mapping
+import sqlite3
+import urllib.parse
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
 
-from .._extricate import Model, Scene, __version__
+from .._extricate import Model
+from .._folder import held, whole
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _lock(file: int) -> None:
-        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(file: int) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-NAME = "manifest.json"
-# An empty file that is never removed: otherwise two runs could lock two files of this name.
-LOCK = ".manifest.lock"
+NAME = "manifest.sqlite"
 VERSION = 1
 _HASH = re.compile("[0-9a-f]{40}")
-
-
-def digest(scene: Scene, options: Mapping[str, Any]) -> str:
-    """Hashes all that a model depends on: the scene with its geometry, the options, the version of the library."""
-    data: bytes = scene.__reduce__()[1][0]
-    rest = json.dumps([__version__, sorted(options.items())], default=float)
-    return hashlib.blake2b(rest.encode() + b"\0" + data, digest_size=20).hexdigest()
+# A key has a model or an error.
+_TABLES = """
+CREATE TABLE models (content TEXT PRIMARY KEY, bytes INTEGER NOT NULL, statistics TEXT NOT NULL);
+CREATE TABLE keys (key TEXT PRIMARY KEY, content TEXT, error TEXT);
+"""
 
 
 class Manifest:
-    """`manifest.json` of a folder. Every change replaces the file at once, so that readers see the old one or the new one.
-
-    Only the run that has `held` the folder writes to it; any number may read.
-    """
+    """`manifest.sqlite` of a folder. Only the run that has `held` the folder writes to it; any number may read."""
 
     def __init__(self, folder: pathlib.Path, *, make: bool = True) -> None:
         """folder: created if it is missing, unless `make` is False."""
         self.folder = folder
+        self._file = folder / NAME
         if make:
             folder.mkdir(parents=True, exist_ok=True)
-        self._file = folder / NAME
-        self._models: Dict[str, Dict[str, Any]] = {}
-        self._keys: Dict[str, str] = {}
-        self._errors: Dict[str, str] = {}
-        if self._file.exists() or not make:
-            self._read()
+        elif not self._file.exists():
+            raise FileNotFoundError(f"{self._file}: no such file, expected a folder of fleet.learn")
+        self._open(writes=False)
 
-    def _read(self) -> None:
+    def _open(self, writes: bool) -> None:
+        self._database: Optional[sqlite3.Connection] = None
+        if writes or self._file.exists():
+            address = f"file:{urllib.parse.quote(str(self._file.absolute()))}?mode={'rwc' if writes else 'ro'}"
+            self._database = sqlite3.connect(address, uri=True, isolation_level=None, check_same_thread=False)
+            (version,) = self._rows("PRAGMA user_version")[0]
+            if writes and version == 0 and not self._rows("SELECT 1 FROM sqlite_master"):
+                self._database.executescript(f"BEGIN;{_TABLES}PRAGMA user_version = {VERSION};COMMIT")
+            elif version != VERSION:
+                raise self._fault(f"version: got {version}, expected {VERSION}")
+            # Tables that are missing are found now, not in the middle of a run.
+            self._rows("SELECT content, bytes, statistics FROM models LIMIT 0")
+            self._rows("SELECT key, content, error FROM keys LIMIT 0")
+
+    def _fault(self, problem: str) -> ValueError:
+        return ValueError(f"{self._file}: got no manifest of models ({problem}), expected what fleet.learn wrote")
+
+    def _rows(self, command: str, *values: Any) -> List[Tuple[Any, ...]]:
+        if self._database is None:
+            return []
         try:
-            found = json.loads(self._file.read_text(encoding="utf-8"))
-            _check(found)
-        except (ValueError, RecursionError) as error:
-            raise ValueError(f"{self._file}: got no manifest of models ({error}), expected what fleet.learn wrote") from None
-        self._models, self._keys, self._errors = found["models"], found["keys"], found["errors"]
+            return self._database.execute(command, values).fetchall()
+        except sqlite3.OperationalError as error:
+            if "no such" not in str(error):
+                raise OSError(f"{self._file}: {error}") from None
+            raise self._fault(str(error)) from None
+        except sqlite3.DatabaseError as error:
+            raise self._fault(str(error)) from None
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
-        """Locks the folder for one run. The system unlocks it when the program ends, even by a crash.
-
-        Raises OSError if another run holds it, of this program or of another one.
-        """
-        file = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
-        try:
+        """Locks the folder for one run, which may write. Raises OSError if another run holds it."""
+        with held(self.folder, "fleet.learn"):
+            self._close()
+            self._open(writes=True)
             try:
-                _lock(file)
-            except (BlockingIOError, PermissionError):
-                problem = "another run of fleet.learn writes to this folder, expected one at a time"
-                raise BlockingIOError(f"{self.folder}: {problem}") from None
-            except OSError as error:
-                raise OSError(f"{self.folder / LOCK}: cannot be locked: {error}") from None
-            # Another run may have written the manifest before the lock was taken.
-            if self._file.exists():
-                self._read()
-            yield
-        finally:
-            os.close(file)
+                # A change costs no wait for the disk, and readers see it at once. If power fails, the last changes may be lost.
+                self._rows("PRAGMA journal_mode = WAL")
+                self._rows("PRAGMA synchronous = NORMAL")
+                yield
+            finally:
+                # One file is left, which can also be read where nothing may be written. Readers of this moment prevent that.
+                self._rows("PRAGMA busy_timeout = 0")
+                with contextlib.suppress(OSError):
+                    self._rows("PRAGMA journal_mode = DELETE")
+                self._close()
+
+    def _close(self) -> None:
+        if self._database:
+            self._database.close()
+        self._database = None
 
     def path(self, content: str) -> pathlib.Path:
         """Returns the path of the model with this hash."""
@@ -96,9 +95,9 @@ class Manifest:
 
     def has(self, content: str) -> bool:
         """Whether the folder has this model and its file can be read: a disk may have spoilt it."""
-        known = self._models.get(content)
+        known = self._rows("SELECT bytes FROM models WHERE content = ?", content)
         try:
-            if known is None or self.path(content).stat().st_size != known["bytes"]:
+            if not known or self.path(content).stat().st_size != known[0][0]:
                 return False
             Model.load(self.path(content))
         except (OSError, ValueError):
@@ -107,81 +106,64 @@ class Manifest:
 
     def store(self, content: str, data: bytes, statistics: Mapping[str, Any]) -> None:
         """Writes a model into the folder."""
-        _write(self.path(content), data)
-        self._models[content] = {"bytes": len(data), "statistics": dict(statistics)}
+        with whole(self.path(content)) as file:
+            file.write(data)
+        self.note(content, len(data), statistics)
+
+    def note(self, content: str, size: int, statistics: Mapping[str, Any]) -> None:
+        """Notes that the folder has a model of so many bytes."""
+        row = (content, size, json.dumps(dict(statistics), default=float))
+        self._rows("INSERT OR REPLACE INTO models VALUES (?, ?, ?)", *row)
 
     def name(self, key: str, content: str) -> None:
         """Sets the model of a key."""
-        known = self._keys.get(key) == content and key not in self._errors
-        self._keys[key] = content
-        self._errors.pop(key, None)
-        if not known:
-            self._save()
+        self._set(key, content, None)
 
     def fail(self, key: str, error: str) -> None:
         """Notes why a key has no model."""
-        self._keys.pop(key, None)
-        self._errors[key] = error
-        self._save()
+        self._set(key, None, error)
+
+    def _set(self, key: str, content: Optional[str], error: Optional[str]) -> None:
+        known = self._rows("SELECT content, error FROM keys WHERE key = ?", key)
+        if known != [(content, error)]:
+            command = "INSERT INTO keys VALUES (?, ?, ?) ON CONFLICT (key) DO UPDATE SET content = excluded.content, error = excluded.error"
+            self._rows(command, key, content, error)
 
     def content(self, key: str) -> str:
         """Returns the hash of a key's model. Raises KeyError if there is none."""
-        if key not in self._keys:
-            why = self._errors.get(key, "it was never learned")
+        found = self._rows("SELECT content, error FROM keys WHERE key = ?", key)
+        if not found or found[0][0] is None:
+            why = found[0][1] if found else "it was never learned"
             raise KeyError(f"{key}: no model in {self.folder}: {why}")
-        return self._keys[key]
+        content = found[0][0]
+        if not isinstance(content, str) or not _HASH.fullmatch(content):
+            raise self._fault(f"keys: {reprlib.repr(key)}: got {reprlib.repr(content)}, expected a hash of 40 digits")
+        return content
 
     def statistics(self, content: str) -> Dict[str, Any]:
         """Returns the statistics of a model, as they were when it was stored."""
-        found: Dict[str, Any] = self._models[content]["statistics"]
+        stored = self._rows("SELECT statistics FROM models WHERE content = ?", content)
+        try:
+            found = json.loads(stored[0][0])
+        except (IndexError, RecursionError, TypeError, ValueError):
+            found = None
+        if not isinstance(found, dict):
+            raise self._fault(f"models: {content}: got {reprlib.repr(stored)}, expected an object as statistics")
         return found
 
     def keys(self) -> List[str]:
         """Returns the keys that have a model."""
-        return list(self._keys)
+        return [key for (key,) in self._rows("SELECT key FROM keys WHERE error IS NULL ORDER BY rowid")]
+
+    def has_key(self, key: object) -> bool:
+        """Whether a key has a model."""
+        return bool(self._rows("SELECT 1 FROM keys WHERE key = ? AND error IS NULL", key)) if isinstance(key, str) else False
+
+    def size(self) -> int:
+        """Returns how many keys have a model."""
+        counted = self._rows("SELECT COUNT(*) FROM keys WHERE error IS NULL")
+        return int(counted[0][0]) if counted else 0
 
     def errors(self) -> Dict[str, str]:
         """Returns for other keys why they have no model."""
-        return dict(self._errors)
-
-    def _save(self) -> None:
-        state = {"version": VERSION, "keys": self._keys, "errors": self._errors, "models": self._models}
-        _write(self._file, json.dumps(state, indent=1, default=float).encode())
-
-
-def _check(found: Any) -> None:
-    """Raises ValueError if this is no manifest; it names the element, its value and what was expected."""
-
-    def expect(fits: object, element: str, value: Any, expected: str) -> None:
-        if not fits:
-            raise ValueError(f"{element}: got {reprlib.repr(value)}, expected {expected}")
-
-    expect(isinstance(found, dict), "all of it", found, "an object")
-    version = found.get("version")
-    expect(type(version) is int and version == VERSION, "version", version, str(VERSION))
-    for table in ("models", "keys", "errors"):
-        expect(isinstance(found.get(table), dict), table, found.get(table), "an object")
-    for content, model in found["models"].items():
-        element = f"models: {reprlib.repr(content)}"
-        expect(_HASH.fullmatch(content), element, content, "a hash of 40 digits")
-        expect(isinstance(model, dict), element, model, "an object")
-        expect(type(model.get("bytes")) is int, f"{element}: bytes", model.get("bytes"), "a whole number")
-        expect(isinstance(model.get("statistics"), dict), f"{element}: statistics", model.get("statistics"), "an object")
-    for key, content in found["keys"].items():
-        known = isinstance(content, str) and content in found["models"]
-        expect(known, f"keys: {reprlib.repr(key)}", content, "the hash of one of the models")
-    for key, error in found["errors"].items():
-        expect(isinstance(error, str), f"errors: {reprlib.repr(key)}", error, "text")
-
-
-def _write(path: pathlib.Path, data: bytes) -> None:
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        pathlib.Path(temporary).unlink(missing_ok=True)
-        raise
+        return dict(self._rows("SELECT key, error FROM keys WHERE error IS NOT NULL ORDER BY rowid"))
