@@ -23,6 +23,7 @@ _Floats = npt.NDArray[np.float64]
 # Shape of one rotation in each form.
 _SHAPES = {"matrix": (3, 3), "quat_xyzw": (4,), "quat_wxyz": (4,), "rpy": (3,), "columns": (6,)}
 ROTATIONS = tuple(_SHAPES)
+"""Names of the forms of rotations, for `rotation_as`."""
 # Largest deviation from unit quaternions and orthonormal matrices, which may be stored with four digits.
 _TOLERANCE = 1e-3
 
