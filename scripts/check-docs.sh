@@ -21,7 +21,7 @@ if ! cmp -s docs/requirements.txt "$venv/installed"; then
 fi
 
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$(realpath -m "$site")"
-"$python" scripts/check-links.py README.md CONTRIBUTING.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
+"$python" scripts/check-links.py README.md CONTRIBUTING.md RELEASING.md packaging/README.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
 
 "$python" scripts/check-api-pages.py "$site"
 
