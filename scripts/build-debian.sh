@@ -16,7 +16,8 @@ tar -xzf "$out/parts/extricate-source-$version.tar.gz" -C "$out"
 python3 scripts/write-packaging.py --artefacts "$out/parts" --out "$out/recipes" --allow-missing 2>/dev/null
 cd "$out/extricate-$version"
 mkdir -p .cargo
-cargo vendor --quiet --locked --versioned-dirs vendor >.cargo/config.toml
+cargo vendor --quiet --locked --versioned-dirs vendor >/dev/null
+printf '[source.crates-io]\nreplace-with = "vendored"\n\n[source.vendored]\ndirectory = "vendor"\n' >.cargo/config.toml
 tar -czf "../extricate_$version.orig.tar.gz" -C .. "extricate-$version"
 cp -r ../recipes/debian debian
 if [ -n "${EXTRICATE_SOURCE_ONLY:-}" ]; then
