@@ -19,5 +19,5 @@ grep -q "version = {$version}" docs/how-to/cite.md || fault "docs/how-to/cite.md
 dependencies=$(grep -c "^extricate.*version = \"$version\"" Cargo.toml)
 [ "$dependencies" = 2 ] || fault "Cargo.toml: got $dependencies dependencies on version $version of the project's own crates, expected 2"
 grep -qE "^## $version( |$)" CHANGELOG.md || fault "CHANGELOG.md: expected a heading '## $version', not 'Unreleased'"
-! grep -q OWNER Cargo.toml || fault "Cargo.toml: got OWNER in an address, expected who publishes (RELEASING.md)"
+! grep -qE '^(repository|homepage|documentation) = .*OWNER' Cargo.toml || fault "Cargo.toml: got OWNER in an address, expected who publishes (RELEASING.md)"
 exit "$faults"
