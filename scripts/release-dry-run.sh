@@ -66,7 +66,9 @@ debian() {
 
 recipes() {
     python3 scripts/write-packaging.py --artefacts "$out" --out "$out/packaging" --allow-missing
-    target/docs-venv/bin/python - "$out/packaging" <<'PY'
+    python3 -m venv target/yaml-venv
+    target/yaml-venv/bin/pip install --quiet --disable-pip-version-check pyyaml
+    target/yaml-venv/bin/python - "$out/packaging" <<'PY'
 import pathlib, sys, yaml
 for path in pathlib.Path(sys.argv[1]).rglob("*.yaml"):
     assert isinstance(yaml.safe_load(path.read_text(encoding="utf-8")), dict), path
