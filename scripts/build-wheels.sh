@@ -4,23 +4,21 @@
 #
 #     scripts/build-wheels.sh [FOLDER]          default: target/wheels
 #
-# EXTRICATE_PYTHONS names the interpreters to try (default: those of python3.9 to python3.13 that are there).
+# EXTRICATE_PYTHONS is as in try-wheels.sh. EXTRICATE_PROFILE names the profile (default: dist). EXTRICATE_WHEELS names the targets (default: x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-target/wheels}
 tools=$PWD/target/wheel-tools
 manifest=crates/extricate-python/Cargo.toml
-# Most seconds of an installation into an empty environment, with all that it needs in a folder.
-most=10
 mkdir -p "$out"
 rm -f "$out"/*.whl "$out"/*.tar.gz
 [ -x "$tools/bin/pip" ] || python3 -m venv "$tools"
 "$tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" ziglang auditwheel twine
 export PATH=$tools/bin:$PATH
 
-for target in x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu; do
+for target in ${EXTRICATE_WHEELS:-x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu}; do
     rustup target list --installed | grep -qx "$target" || rustup target add "$target"
-    maturin build --locked --profile dist --manifest-path "$manifest" --target "$target" --zig --compatibility manylinux2014 --out "$out"
+    maturin build --locked --profile "${EXTRICATE_PROFILE:-dist}" --manifest-path "$manifest" --target "$target" --zig --compatibility manylinux2014 --out "$out"
 done
 maturin sdist --manifest-path "$manifest" --out "$out"
 twine check --strict "$out"/*
@@ -36,24 +34,4 @@ for wheel in "$out"/*.whl; do
     python3 -m zipfile --list "$wheel" | grep "licenses/LICENSE-MIT" >/dev/null || { echo "$wheel has no licence text" >&2; exit 1; }
 done
 
-tried=0
-for python in ${EXTRICATE_PYTHONS:-python3.9 python3.10 python3.11 python3.12 python3.13}; do
-    if ! "$python" -c "" 2>/dev/null; then
-        echo "NOT TRIED: $python, which is not there" >&2
-        continue
-    fi
-    venv=$(mktemp -d)
-    "$python" -m venv "$venv"
-    pip() { "$venv/bin/pip" --quiet --disable-pip-version-check "$@"; }
-    pip download --dest "$venv/needed" --find-links "$out" extricate
-    started=$EPOCHREALTIME
-    pip install --no-index --find-links "$venv/needed" extricate
-    took=$(awk -v from="$started" -v to="$EPOCHREALTIME" 'BEGIN { printf "%.1f", to - from }')
-    echo "$("$venv/bin/python" --version): installed in $took s"
-    awk -v took="$took" -v most="$most" 'BEGIN { exit took > most }' || { echo "expected at most $most s" >&2; exit 1; }
-    pip install pytest
-    "$venv/bin/python" -m pytest --quiet crates/extricate-python/tests
-    rm -rf "$venv"
-    tried=$((tried + 1))
-done
-[ "$tried" -gt 0 ] || { echo "no interpreter was there to install into" >&2; exit 1; }
+scripts/try-wheels.sh "$out"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the site, strictly, and checks what mkdocs does not: links of README.md, remote parts of pages, and the prose. Needs Python 3.9 or newer
+# Builds the site, strictly, and checks what mkdocs does not: links of README.md, remote parts of pages, and the prose. Needs Python 3.10 or newer
 # with pip, and a network.
 #
 # EXTRICATE_PYTHON names the interpreter (default: python3). EXTRICATE_SITE names a folder that the site is left in.
@@ -21,7 +21,9 @@ if ! cmp -s docs/requirements.txt "$venv/installed"; then
 fi
 
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$(realpath -m "$site")"
-"$python" scripts/check-links.py README.md CONTRIBUTING.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
+"$python" scripts/check-links.py README.md CONTRIBUTING.md RELEASING.md packaging/README.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
+
+"$python" scripts/check-api-pages.py "$site"
 
 # Pages are readable offline: they load nothing from elsewhere. (Links that people follow may lead anywhere.)
 if grep -rnoE --include='*.html' '<(script|img|iframe|link rel="(stylesheet|preconnect|icon)")[^>]* (src|href)="(https?:)?//[^"]*"' "$site"; then

@@ -45,6 +45,7 @@ missing = [name for name in wanted if f"{root}/{name}" not in names]
 assert not missing, (missing, names[:20])
 text = tarfile.open(sys.argv[1]).extractfile(f"{root}/PKG-INFO").read().decode()
 assert "License-Expression: MIT OR Apache-2.0" in text and text.count("License-File:") == 2, text[:800]
+assert text.count("Project-URL: ") == 3, text[:2000]
 PY
 
 if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then

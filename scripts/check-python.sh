@@ -31,6 +31,8 @@ fetching=$!
 for name in LICENSE-MIT LICENSE-APACHE; do
     grep -q "licenses/$name" "$work/listed" || { echo "the wheel has no $name" >&2; exit 1; }
 done
+# maturin lists what is compiled in, with versions and licences.
+grep -q "sboms/.*cyclonedx.json" "$work/listed" || { echo "the wheel has no list of its parts (SBOM)" >&2; exit 1; }
 
 "$python" -m venv "$work/venv"
 wait "$fetching" || true

@@ -1,4 +1,4 @@
-"""Hooks of mkdocs: pages outside docs/ become part of the site, and links to them lead there.
+"""Hooks of mkdocs: pages outside docs/ and references made of sources become part of the site, and links to them lead there.
 
 ARCHITECTURE.md and CHANGELOG.md stay at the root of the repository, where people look for them. Links to other files outside
 docs/, such as sources and licences, become their paths as text: the site has no such pages.
@@ -8,15 +8,33 @@ from __future__ import annotations
 import os
 import posixpath
 import re
+import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+
+import header_reference  # noqa: E402
+
 SHOWN = {"ARCHITECTURE.md": "internals/architecture.md", "CHANGELOG.md": "changelog.md"}
 # The live page that scripts/write-live-page.sh wrote, which the first page of the site shows.
 LIVE = ROOT / "target/live-demo.html"
+# The reference of Rust that scripts/build-site.sh wrote.
+RUSTDOC = ROOT / "target/rustdoc/doc"
+RUST = """# Rust
+
+<a href="../rust/extricate/index.html">The crate `extricate`</a>: every public name, with examples. It has a search of its own.
+`cargo doc -p extricate --open` shows the same.
+"""
+NOT_RUST = """# Rust
+
+This copy of the documentation was built without the reference of the crate. In the folder of the repository, `cargo doc -p extricate --open`
+shows it.
+"""
 NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extricate</title>
 <p style="font: 16px sans-serif; margin: 40px">This copy of the documentation was built without the live demo
 (<code>scripts/write-live-page.sh</code>). <code>extricate demo</code> writes a page like it.</p></html>
@@ -24,9 +42,25 @@ NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extric
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 
 
+def on_config(config: Any, **_: Any) -> Any:
+    address = re.search(r'^homepage = "(.*)"', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)
+    # The placeholder is no address.
+    if address and "OWNER" not in address[1]:
+        config.site_url = address[1]
+    return config
+
+
+def on_post_build(config: Any, **_: Any) -> None:
+    if RUSTDOC.exists():
+        shutil.copytree(RUSTDOC, Path(config.site_dir) / "rust", dirs_exist_ok=True)
+
+
 def on_files(files: Any, config: Any, **_: Any) -> Any:
     for name, uri in SHOWN.items():
         files.append(File.generated(config, uri, abs_src_path=str(ROOT / name)))
+    for language in header_reference.FILES:
+        files.append(File.generated(config, f"reference/{language}.md", content=header_reference.page(language)))
+    files.append(File.generated(config, "reference/rust.md", content=RUST if RUSTDOC.exists() else NOT_RUST))
     if LIVE.exists():
         files.append(File.generated(config, "live/demo.html", abs_src_path=str(LIVE)))
     else:

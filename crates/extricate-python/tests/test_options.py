@@ -57,6 +57,12 @@ def test_the_stub_has_the_options_of_the_library(owner: str, name: str, expected
     assert exact(found) == exact(expected)
 
 
+def test_the_keywords_of_show_are_those_of_query() -> None:
+    (keywords,) = [node for node in STUB.body if isinstance(node, ast.ClassDef) and node.name == "_QueryKeywords"]
+    found = [node.target.id for node in keywords.body if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)]
+    assert sorted(found) == sorted(ONE)
+
+
 def test_the_object_of_options_has_those_of_the_library() -> None:
     fields = {field.name: field.default for field in dataclasses.fields(QueryOptions)}
     assert exact({**fields, "options": None}) == exact(ONE)

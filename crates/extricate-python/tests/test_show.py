@@ -55,6 +55,19 @@ def test_notebooks_show_the_page_that_is_returned() -> None:
     assert "bytes" in repr(page)
 
 
+def test_notebooks_show_answers_and_scenes_as_tables() -> None:
+    scene = extricate.Scene.builtin("planar-arm")
+    q = scene.sample(1, seed=4, colliding=True)[0]
+    answer = scene.query(q)
+    shown = answer._repr_html_()
+    assert f"<tr><th>depth</th><td>{answer.depth:.4g}, at least {answer.lower_bound:.4g}</td></tr>" in shown
+    assert "free: nothing to be done" in scene.query(answer.witness)._repr_html_()
+    described = scene._repr_html_()
+    assert "<th>joints</th><td>joint_1, joint_2, joint_3</td>" in described and f"<td>{len(scene.pairs)}</td>" in described
+    odd = scene.with_obstacles([extricate.Box([1, 1, 1], pose=[9, 9, 9], name="a&b")])
+    assert "a&amp;b" in odd._repr_html_(), "names are escaped"
+
+
 def test_an_answer_pickles_without_its_scene() -> None:
     scene = extricate.Scene.builtin("planar-arm")
     answer = scene.query(scene.sample(1, seed=4, colliding=True)[0])

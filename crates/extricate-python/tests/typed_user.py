@@ -1,7 +1,7 @@
 """Code of a user for `mypy --strict`, which checks that every name has the expected type. It also runs as a test."""
 
 import pathlib
-from typing import List, Optional, Tuple
+from typing import List, Literal, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +34,8 @@ def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> np
 def elsewhere(model: extricate.Model, scene: extricate.Scene) -> float:
     answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, max_seconds=0.5)
     nearest: float = np.inf if answer is None else answer.depth
-    for effort in ["nearest", "refined"]:
+    efforts: List[Literal["nearest", "refined"]] = ["nearest", "refined"]
+    for effort in efforts:
         nearest = min(nearest, float(model.in_scene(scene).batch([scene.lower], effort=effort)["depth"][0]))
     solver: extricate.Solver = extricate.Solver(scene, model, effort="quick", exits=2)
     there: extricate.Solver = solver.with_scene(scene.without(scene.bodies[-1:]))
@@ -81,6 +82,18 @@ def labelled(scene: extricate.Scene, Q: npt.NDArray[np.float64], folder: pathlib
     free: npt.NDArray[np.bool_] = extricate.rows.read(folder / "labels.npz")["free"]
     assert (free == found["free"]).all()
     return done.rows
+
+
+def refused(scene: extricate.Scene) -> None:
+    """Options that a type checker refuses: if it took one, the comment beside it would be reported as not needed."""
+    scene.query(scene.lower, effort="refind")  # type: ignore[arg-type]
+    scene.query(scene.lower, limits="forget")  # type: ignore[arg-type]
+    scene.query_batch([scene.lower], errors="ignore")  # type: ignore[arg-type]
+    scene.show(effort="refind")  # type: ignore[arg-type]
+    scene.show(efort="refined")  # type: ignore[call-arg]
+    extricate.QueryOptions(effort="refind")  # type: ignore[arg-type]
+    extricate.Robot("robot.urdf", base="floats")  # type: ignore[arg-type]
+    extricate.Scene("robot.urdf", metric="joints")  # type: ignore[arg-type]
 
 
 def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:

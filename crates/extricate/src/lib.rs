@@ -24,6 +24,15 @@
 //! [`Model`] is what was learned of a scene; a solver may have one. Scenes can be changed
 //! ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]); a solver of the changed
 //! scene reuses what was prepared and learned before ([`Solver::with_scene`]).
+//!
+//! # Features
+//!
+//! All are on by default; programs that make their geometry in code turn them off. `meshes` reads
+//! STL, OBJ, COLLADA, PLY and glTF, `model-files` models, roadmaps and scenes as bytes, `moveit`
+//! worlds of MoveIt. Without `meshes`, the built-in scenes that have meshes are errors.
+
+// What files alone need stays in without them, and is left out by the linker.
+#![cfg_attr(not(all(feature = "meshes", feature = "model-files", feature = "moveit")), allow(dead_code, unused_imports))]
 
 mod applications;
 mod collision;
@@ -50,7 +59,9 @@ pub use applications::stream::{Stream, StreamOptions};
 pub use collision::{CheckScratch, Checker, Contact, DistanceRow, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
-pub use io::{LoadOptions, load_model, load_scene, load_scene_with, load_scene_within, save_model};
+pub use io::{LoadOptions, load_scene, load_scene_with, load_scene_within};
+#[cfg(feature = "model-files")]
+pub use io::{load_model, save_model};
 pub use learning::{LearnOptions, LearnProgress};
 pub use metric::{Anchor, Metric, MetricScratch};
 pub use model::evaluate::figures::{Density, Excess};
@@ -99,12 +110,15 @@ pub mod entries {
 
 /// Input and output: worlds of other programs, roadmaps, and files that are whole or not there.
 pub mod files {
+    #[cfg(feature = "moveit")]
     pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
     pub use crate::io::{
-        GrowingFile, OutputLock, check_model_output, check_not_read, check_output, check_regular, check_roadmap_output,
-        find_package, is_same_output, load_roadmap, load_world, load_world_text, save_roadmap, write_atomically,
-        write_together,
+        GrowingFile, OutputLock, check_not_read, check_output, check_regular, find_package, is_same_output, load_world,
+        load_world_text, write_atomically, write_together,
     };
+    #[cfg(feature = "model-files")]
+    pub use crate::io::{check_model_output, check_roadmap_output, load_roadmap, save_roadmap};
+    #[cfg(feature = "moveit")]
     pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
 }
 

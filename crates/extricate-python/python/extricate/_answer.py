@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Dict, List, Optional, Tuple
+from typing import Any, ClassVar, Dict, List, Literal, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ._page import Page, PathLike
+from ._options import Effort
+from ._page import Page, PathLike, table
 
 NamePair = Tuple[str, str]
+FREE = "free: nothing to be done"
 
 
 @dataclass(eq=False)
@@ -90,7 +92,7 @@ class Answer:
     depth: float
     lower_bound: float
     gap: float
-    unproved: Optional[str]
+    unproved: Optional[Literal["surfaces", "shallow"]]
     witness: npt.NDArray[np.float64]
     verified: bool
     clearance: float
@@ -111,7 +113,7 @@ class Answer:
     nearest: Optional[float]
     detour: bool
     checks: int
-    effort: str
+    effort: Effort
 
     # The object, configuration and options of the query, for `show`. Pickles leave it out, because it holds a whole scene.
     _asked: ClassVar[Any] = None
@@ -142,7 +144,13 @@ class Answer:
     def __str__(self) -> str:
         """Returns the most important facts of the answer, for people."""
         if self.free:
-            return "free: nothing to be done"
+            return FREE
+        return "\n".join(f"{name:<10} {text}" for name, text in self._rows())
+
+    def _repr_html_(self) -> str:
+        return table([("query", FREE)] if self.free else self._rows())
+
+    def _rows(self) -> List[Tuple[str, str]]:
         # All digits, because only the exact configuration was checked.
         witness = str((self.witness + 0.0).tolist())  # without -0.0
         rows = [
@@ -158,7 +166,7 @@ class Answer:
         if self.touching or self.effort != "nearest":
             rows.append(("touching", _listed(self.touching)))
         rows += [("exit", f"{other.depth:.4g}, touching {_listed(other.touching)}") for other in self.exits[1:]]
-        return "\n".join(f"{name:<10} {text}" for name, text in rows)
+        return rows
 
 
 def _listed(pairs: List[NamePair]) -> str:

@@ -2,14 +2,15 @@
 
 from os import PathLike
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, Union, final, overload
+from typing import Any, Callable, Dict, Iterable, List, Literal, Mapping, Optional, Protocol, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import TypedDict, Unpack
 
 from ._answer import Answer
 from ._motion import Escape, Plan, Repaired
-from ._options import QueryOptions
+from ._options import Effort, LimitRule, QueryOptions
 from ._page import Page
 from ._parts import Obstacle, Pose, Robot
 
@@ -19,6 +20,8 @@ _NamePair = Tuple[str, str]
 _Keep = Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]
 _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
+_Metric = Literal["joint", "object-norm", "max-displacement"]
+_ErrorRule = Literal["raise", "mask"]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
 __all__ = [
@@ -84,6 +87,28 @@ class Progress:
     @property
     def accuracy(self) -> Optional[float]: ...
 
+class _QueryKeywords(TypedDict, total=False):
+    """The keywords of `query`."""
+
+    options: Optional[QueryOptions]
+    effort: Effort
+    exits: int
+    gap: Optional[float]
+    starts: Optional[int]
+    max_checks: Optional[int]
+    max_seconds: Optional[float]
+    segment: bool
+    contacts: bool
+    clearance: Optional[float]
+    locked: Optional[Sequence[str]]
+    free: Optional[Sequence[str]]
+    keep: Optional[_Keep]
+    weights: Optional[_Weights]
+    toward: Optional[npt.ArrayLike]
+    toward_share: float
+    free_radius: bool
+    limits: LimitRule
+
 class _Calls:
     """The calls that a scene, a model and a solver share."""
 
@@ -92,7 +117,7 @@ class _Calls:
         q: npt.ArrayLike,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -108,17 +133,17 @@ class _Calls:
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
+        limits: LimitRule = "forgive",
     ) -> Optional[Answer]: ...
     def show(
         self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
-        live: bool = False, **options: Any,
+        live: bool = False, **options: Unpack[_QueryKeywords],
     ) -> Page: ...
     def stream(
         self,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         hysteresis: float = 0.0,
         starts_per_frame: int = 2,
         continuous: bool = False,
@@ -134,7 +159,7 @@ class _Calls:
         keep: Optional[_Keep] = None,
         weights: Optional[_Weights] = None,
         free_radius: bool = False,
-        limits: str = "forgive",
+        limits: LimitRule = "forgive",
     ) -> Stream: ...
     def escape(
         self,
@@ -184,7 +209,7 @@ class _Calls:
         Q: npt.ArrayLike,
         *,
         object: Union[str, Obstacle, Sequence[Obstacle]],
-        keep: str = "contacts",
+        keep: Literal["contacts", "pose"] = "contacts",
         touch: float = 2e-3,
         friction: Optional[float] = 0.8,
         open: Optional[npt.ArrayLike] = None,
@@ -204,7 +229,7 @@ class Scene(_Calls):
         obstacles: Iterable[Obstacle] = ...,
         *,
         clearance: Union[float, Mapping[str, float]] = 1e-4,
-        metric: str = "joint",
+        metric: _Metric = "joint",
         weights: Optional[_Weights] = None,
         disable: Sequence[Sequence[str]] = ...,
         enable: Sequence[Sequence[str]] = ...,
@@ -227,7 +252,7 @@ class Scene(_Calls):
     @property
     def clearance(self) -> float: ...
     @property
-    def metric(self) -> str: ...
+    def metric(self) -> _Metric: ...
     @property
     def joints(self) -> List[Joint]: ...
     @property
@@ -251,6 +276,7 @@ class Scene(_Calls):
         self, path: _Path, *, load_limits: Optional[Mapping[str, int]] = None, packages: Sequence[_Path] = ...
     ) -> Scene: ...
     def _in_world_text(self, name: str, text: str) -> Scene: ...
+    def _repr_html_(self) -> str: ...
     def config(self, positions: Union[Mapping[str, Any], _JointState]) -> _Floats: ...
     def _config_anywhere(self, positions: Mapping[str, Any]) -> _Floats: ...
     def positions(self, q: npt.ArrayLike) -> Dict[str, Any]: ...
@@ -275,7 +301,7 @@ class Scene(_Calls):
         Q: npt.ArrayLike,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -291,8 +317,8 @@ class Scene(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
-        errors: str = "raise",
+        limits: LimitRule = "forgive",
+        errors: _ErrorRule = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     @staticmethod
@@ -332,7 +358,7 @@ class Model(_Calls):
         self,
         q: npt.ArrayLike,
         *,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -347,7 +373,7 @@ class Model(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
+        limits: LimitRule = "forgive",
     ) -> Answer: ...
     @overload
     def query(
@@ -355,7 +381,7 @@ class Model(_Calls):
         q: npt.ArrayLike,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -371,14 +397,14 @@ class Model(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
+        limits: LimitRule = "forgive",
     ) -> Optional[Answer]: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -394,8 +420,8 @@ class Model(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
-        errors: str = "raise",
+        limits: LimitRule = "forgive",
+        errors: _ErrorRule = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def in_world(self, world: Union[Scene, Iterable[Obstacle]]) -> Solver: ...
@@ -410,7 +436,7 @@ class Solver(_Calls):
         model: Optional[Model] = None,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -426,7 +452,7 @@ class Solver(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
+        limits: LimitRule = "forgive",
     ) -> Solver: ...
     @property
     def scene(self) -> Scene: ...
@@ -440,7 +466,7 @@ class Solver(_Calls):
         Q: npt.ArrayLike,
         *,
         options: Optional[QueryOptions] = None,
-        effort: str = "refined",
+        effort: Effort = "refined",
         exits: int = 1,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -456,8 +482,8 @@ class Solver(_Calls):
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
-        limits: str = "forgive",
-        errors: str = "raise",
+        limits: LimitRule = "forgive",
+        errors: _ErrorRule = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...

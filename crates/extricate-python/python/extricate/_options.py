@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Literal, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy.typing as npt
+
+Effort = Literal["nearest", "quick", "refined", "exhaustive", "proved"]
+LimitRule = Literal["forgive", "refuse"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +35,7 @@ class QueryOptions:
     limits: "forgive" answers configurations beyond the joint limits, "refuse" raises ValueError for them.
     """
 
-    effort: str = "refined"
+    effort: Effort = "refined"
     exits: int = 1
     gap: Optional[float] = None
     starts: Optional[int] = None
@@ -48,4 +51,4 @@ class QueryOptions:
     toward: Optional[npt.ArrayLike] = None
     toward_share: float = 0.25
     free_radius: bool = False
-    limits: str = "forgive"
+    limits: LimitRule = "forgive"

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import webbrowser
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, Iterable, Optional, Tuple, Union
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -47,6 +47,26 @@ class Page:
 
     def __repr__(self) -> str:
         return f"<Page of {len(self.html.encode()):,} bytes>"
+
+
+def table(rows: Iterable[Tuple[str, str]]) -> str:
+    """Returns a table of HTML, for notebooks: a name and a text in each row."""
+    cells = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in rows)
+    return f'<table style="text-align: left">{cells}</table>'
+
+
+def scene_table(scene: Any) -> str:
+    """Returns the table that notebooks show of a scene."""
+    rows = [
+        ("joints", ", ".join(joint.name for joint in scene.joints)),
+        ("coordinates", str(scene.nq)),
+        ("bodies", ", ".join(scene.bodies)),
+        ("checked pairs", f"{len(scene.pairs):,}"),
+        ("clearance", f"{scene.clearance:g} m"),
+        ("metric", scene.metric),
+        *(("warning", warning) for warning in scene.warnings),
+    ]
+    return table(rows)
 
 
 def shown(text: str, path: Optional[PathLike], open_it: Optional[bool]) -> Page:

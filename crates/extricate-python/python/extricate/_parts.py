@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Optional, Protocol, Sequence, Tuple, Union
+from typing import Any, List, Literal, Mapping, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -64,13 +64,13 @@ class Robot:
     srdf: Optional[Path] = None
     group: Optional[str] = None
     packages: Sequence[Path] = ()
-    geometry: str = "mesh"
-    base: str = "fixed"
+    geometry: Literal["mesh", "convex-hull", "convex-parts", "visual"] = "mesh"
+    base: Literal["fixed", "planar", "floating"] = "fixed"
     bounds: Optional[Tuple[Sequence[float], Sequence[float]]] = None
     pose: Optional[Pose] = None
     locked: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
-    links: Mapping[str, str] = field(default_factory=dict)
+    links: Mapping[str, Literal["mesh", "convex-hull", "convex-parts"]] = field(default_factory=dict)
 
     @classmethod
     def from_xacro(
@@ -334,7 +334,7 @@ class Fixture:
     pose: Optional[npt.ArrayLike] = None
     name: Optional[str] = None
     packages: Sequence[Path] = ()
-    geometry: str = "mesh"
+    geometry: Literal["mesh", "convex-hull", "convex-parts", "visual"] = "mesh"
 
 
 @dataclass(frozen=True, eq=False)

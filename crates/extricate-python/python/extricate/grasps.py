@@ -9,7 +9,7 @@ Row k of every array is grasp k. A pose is that of the hand's root link, relativ
 
 from __future__ import annotations
 
-from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, List, Literal, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,9 @@ _Floats = npt.NDArray[np.float64]
 
 # Shape of one rotation in each form.
 _SHAPES = {"matrix": (3, 3), "quat_xyzw": (4,), "quat_wxyz": (4,), "rpy": (3,), "columns": (6,)}
+Rotation = Literal["matrix", "quat_xyzw", "quat_wxyz", "rpy", "columns"]
 ROTATIONS = tuple(_SHAPES)
+"""Names of the forms of rotations, for `rotation_as`."""
 # Largest deviation from unit quaternions and orthonormal matrices, which may be stored with four digits.
 _TOLERANCE = 1e-3
 
@@ -49,7 +51,7 @@ def from_arrays(
     joints: Union[Mapping[str, npt.ArrayLike], npt.ArrayLike],
     *,
     names: Optional[Sequence[str]] = None,
-    rotation_as: str = "matrix",
+    rotation_as: Rotation = "matrix",
     base: Optional[str] = None,
     ignore: Sequence[str] = (),
 ) -> _Floats:
@@ -98,7 +100,7 @@ def to_arrays(
     Q: npt.ArrayLike,
     *,
     names: Optional[Sequence[str]] = None,
-    rotation_as: str = "matrix",
+    rotation_as: Rotation = "matrix",
     base: Optional[str] = None,
 ) -> Arrays:
     """Returns the arrays of configurations: the inverse of `from_arrays`.

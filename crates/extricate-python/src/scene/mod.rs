@@ -136,6 +136,11 @@ impl Scene {
         warned(py, loaded.map_err(exception)?).map(Self::of)
     }
 
+    /// Returns joints, bodies and settings as a table of HTML, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("extricate._page")?.call_method1("scene_table", (slf,))
+    }
+
     /// Makes a built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or
     /// "four-legs".
     #[staticmethod]

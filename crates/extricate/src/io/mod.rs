@@ -4,20 +4,25 @@ mod files;
 mod growing;
 mod load_options;
 mod lock;
+#[cfg(feature = "model-files")]
 pub mod model_file;
+#[cfg(feature = "model-files")]
 pub mod roadmap_file;
+#[cfg(feature = "moveit")]
 pub mod worlds;
 
 use std::path::Path;
 
 use crate::collision::convex_parts;
 use crate::error::{Error, Result};
+#[cfg(feature = "model-files")]
 use crate::model::Model;
 use crate::robot::packages::PackageSearch;
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::assemble::assemble_entries;
 use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
+#[cfg(feature = "moveit")]
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
 pub use files::{check_not_read, check_output, check_regular, is_same_output, write_atomically, write_together};
@@ -26,6 +31,7 @@ pub use growing::GrowingFile;
 use load_options::package_search;
 pub use load_options::{LoadOptions, find_package};
 pub use lock::OutputLock;
+#[cfg(feature = "model-files")]
 pub use roadmap_file::{check_roadmap_output, load_roadmap, save_roadmap};
 
 /// Loads a scene file and everything that it names, or a URDF as a scene of that robot alone.
@@ -78,6 +84,7 @@ fn completed(entries: &SceneFile) -> SceneFile {
 /// As [`load_scene`].
 pub fn load_world(robots: &Scene, path: &Path, options: &LoadOptions) -> Result<Scene> {
     let limits = &options.limits;
+    #[cfg(feature = "moveit")]
     if is_foreign(path) {
         return worlds::load_foreign(robots, path, limits);
     }
@@ -97,6 +104,7 @@ pub fn load_world(robots: &Scene, path: &Path, options: &LoadOptions) -> Result<
 /// As [`load_world`].
 pub fn load_world_text(robots: &Scene, name: &str, text: &str, options: &LoadOptions) -> Result<Scene> {
     let (path, limits) = (Path::new(name), &options.limits);
+    #[cfg(feature = "moveit")]
     if is_foreign(path) {
         return worlds::load_foreign_text(robots, path, text, limits);
     }
@@ -129,11 +137,13 @@ enum SceneText {
 fn scene_text(path: &Path, limits: &LoadLimits) -> Result<SceneText> {
     let bytes = read_within(path, limits, LoadLimit::TextBytes)?;
     let name = path.display().to_string();
+    #[cfg(feature = "moveit")]
     if is_foreign(path) {
         let problem =
             "got a world without a robot, expected a scene (TOML) or a URDF: give it as the world of one, or import it";
         return Err(Error::input(name, "file", problem));
     }
+    #[cfg(feature = "model-files")]
     if model_file::is_model(&bytes) {
         return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
     }
@@ -169,6 +179,7 @@ pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)
 ///
 /// # Errors
 /// [`crate::Error::Model`] if the file is truncated, altered, foreign or of another version.
+#[cfg(feature = "model-files")]
 pub fn load_model(path: impl AsRef<Path>) -> Result<Model> {
     let path = path.as_ref();
     model_file::decode(path, &read(path)?)
@@ -178,6 +189,7 @@ pub fn load_model(path: impl AsRef<Path>) -> Result<Model> {
 ///
 /// # Errors
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
+#[cfg(feature = "model-files")]
 pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
     let path = path.as_ref();
     write_atomically(path, &model_file::encode(model))
@@ -188,6 +200,7 @@ pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
 /// # Errors
 /// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or accepts no
 /// files, and an existing file that is no model: a scene given by mistake is not replaced.
+#[cfg(feature = "model-files")]
 pub fn check_model_output(path: &Path) -> Result<()> {
     check_output(path, "model", model_file::is_model)
 }

@@ -11,6 +11,7 @@ pub mod correspondence;
 pub mod drawing;
 mod edit;
 pub mod file;
+#[cfg(feature = "moveit")]
 pub mod import;
 pub mod mesh_counts;
 pub mod metric_kind;

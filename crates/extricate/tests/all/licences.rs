@@ -68,10 +68,8 @@ fn wildcards(package: &Value) -> impl Iterator<Item = &str> {
 
 /// Crates of which several versions are present, which `deny.toml` warns of: the known ones, and
 /// the crates that need the other version.
-const KNOWN_TWICE: [(&str, &str); 9] = [
+const KNOWN_TWICE: [(&str, &str); 7] = [
     ("syn", "2: gltf-derive, nalgebra-macros"),
-    ("heapless", "0.7: postcard; 0.8: rstar"),
-    ("hash32", "with heapless"),
     ("embedded-io", "postcard names both"),
     ("hashbrown", "0.16: safetensors, spade"),
     ("toml", "0.9: cbindgen"),

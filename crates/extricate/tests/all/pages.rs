@@ -9,7 +9,7 @@ use super::tidy::{files_below, files_in, read, repository};
 /// Endings of files of the repository. Scenes (`.toml`) are left out: readers write their own.
 const ENDINGS: &[&str] = &["rs", "py", "sh", "md", "h", "hpp"];
 /// Folders whose files pages may name.
-const FOLDERS: &[&str] = &["bench", "crates", "docs", "fuzz", "ros", "scripts"];
+const FOLDERS: &[&str] = &["bench", "crates", "docs", "fuzz", "packaging", "ros", "scripts"];
 
 #[test]
 fn files_that_pages_name_exist() {

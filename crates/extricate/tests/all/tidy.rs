@@ -259,6 +259,53 @@ fn nothing_names_a_path_of_one_machine() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
+/// One line changes where the project is published.
+#[test]
+fn addresses_of_the_project_stand_in_one_manifest() {
+    let root = repository();
+    let of_workspace: toml::Table = read(&root.join("Cargo.toml")).parse().expect("TOML");
+    let package = &of_workspace["workspace"]["package"];
+    let keys = ["repository", "homepage", "documentation"];
+    for key in keys {
+        let address = package[key].as_str().expect("a string");
+        assert!(names_an_address(address), "{key} = {address:?} is not what this test searches for");
+    }
+    let mut faults = Vec::new();
+    for crates in fs::read_dir(root.join("crates")).expect("crates") {
+        let path = crates.expect("an entry").path().join("Cargo.toml");
+        let manifest: toml::Table = read(&path).parse().expect("TOML");
+        for key in keys {
+            let value = &manifest["package"].get(key);
+            let inherits = value.and_then(|value| value.get("workspace")?.as_bool()) == Some(true);
+            let is_docs_rs = value.and_then(|value| value.as_str()?.strip_prefix("https://docs.rs/"))
+                == manifest["package"]["name"].as_str();
+            if !(inherits || key == "documentation" && is_docs_rs) {
+                faults.push(format!("{}: {key} = {value:?}, expected {key}.workspace = true", path.display()));
+            }
+        }
+    }
+    let kinds = ["rs", "md", "toml", "py", "pyi", "sh", "yml", "yaml", "cff", "xml", "html", "hpp", "rb", "in"];
+    let mut paths = files_in(&root, &kinds);
+    for folder in [".github", "bench", "crates", "docs", "fuzz", "packaging", "ros", "scripts"] {
+        paths.extend(files_below(&root.join(folder), &kinds));
+    }
+    for path in paths.iter().filter(|path| **path != root.join("Cargo.toml")) {
+        let lines = read(path);
+        let named = lines.lines().enumerate().filter(|(_, line)| names_an_address(line));
+        faults.extend(named.map(|(number, line)| format!("{}:{}: {line}", path.display(), number + 1)));
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// Returns whether a text has the address of a repository or a site with the name of the project.
+fn names_an_address(text: &str) -> bool {
+    [["github.", "com/"], ["gitlab.", "com/"], [".github.", "io/"]].iter().any(|host| {
+        text.split(&host.concat())
+            .skip(1)
+            .any(|rest| rest.split(['/', '"', ' ']).take(2).any(|part| part.starts_with("extricate")))
+    })
+}
+
 #[test]
 fn a_forbidden_use_is_seen_in_every_spelling() {
     let faults = |text: &str| forbidden_uses(Path::new("cspace/sampling.rs"), &format!("//! x\n{text}")).len();

@@ -2,7 +2,9 @@
 //! stay NaN.
 
 use super::rows::for_each_row;
-use super::{pcd, ply, without_mark};
+#[cfg(feature = "meshes")]
+use super::ply;
+use super::{pcd, without_mark};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::{LoadLimit, LoadLimits};
@@ -17,7 +19,10 @@ pub fn parse(file: &str, element: &str, bytes: &[u8], limits: &LoadLimits) -> Re
     limits.check(LoadLimit::FileBytes, bytes.len(), file, "file")?;
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
     match extension.as_str() {
+        #[cfg(feature = "meshes")]
         "ply" => ply::points(file, without_mark(bytes), limits),
+        #[cfg(not(feature = "meshes"))]
+        "ply" => Err(Error::input(file, "file", super::WITHOUT_MESHES)),
         "pcd" => pcd::points(file, without_mark(bytes), limits),
         _ => text(file, element, bytes, limits),
     }

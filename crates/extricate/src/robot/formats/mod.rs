@@ -2,16 +2,21 @@
 //! [`TriangleMesh`]; files of points (`cloud`) and of rows of numbers (`rows`); octrees (`octree`).
 
 pub mod cloud;
+#[cfg(feature = "meshes")]
 pub mod collada;
+#[cfg(feature = "meshes")]
 pub mod gltf;
 pub mod lines;
 mod lzf;
+#[cfg(feature = "meshes")]
 pub mod obj;
 pub mod octree;
 mod pcd;
+#[cfg(feature = "meshes")]
 pub mod ply;
 pub mod rows;
 mod soup;
+#[cfg(feature = "meshes")]
 pub mod stl;
 pub mod xml;
 
@@ -70,25 +75,7 @@ pub fn parse_among(
     warnings: &mut Vec<String>,
 ) -> Result<TriangleMesh> {
     limits.check(LoadLimit::FileBytes, bytes.len(), file, "file")?;
-    let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
-    // A binary STL may begin with any bytes, so they are no mark there.
-    let is_text = extension != "stl" || stl::looks_like_text(without_mark(bytes));
-    let bytes = if is_text { without_mark(bytes) } else { bytes };
-    let soup = match extension.as_str() {
-        "stl" => stl::parse(file, bytes, limits)?,
-        "obj" => obj::parse(file, bytes, limits)?,
-        "dae" => collada::parse(file, bytes, limits)?,
-        "ply" => ply::parse(file, bytes, limits)?,
-        "glb" | "gltf" => gltf::parse(file, bytes, limits, neighbour)?,
-        _ => {
-            let problem = format!(
-                "got `{}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
-                 Python: trimesh.load(PATH, force='mesh').export('x.stl')",
-                quoted(&extension)
-            );
-            return Err(Error::input(file, "extension", problem));
-        }
-    };
+    let soup = soup_of(file, bytes, limits, neighbour)?;
     soup.has_room(0, 0).map_err(|problem| Error::input(file, "mesh", problem))?;
     warnings.extend(soup.told().map(|fault| format!("{file}: {fault}")));
     let (mesh, Mending { welding, walls }) = checked(file, soup.vertices, soup.triangles)?;
@@ -104,6 +91,38 @@ pub fn parse_among(
         warnings.push(format!("{file}: {walls} triangles hang inside a solid by {told}"));
     }
     Ok(mesh)
+}
+
+/// Reads the triangles of a mesh file, in the format that its extension names.
+#[cfg(feature = "meshes")]
+fn soup_of(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Neighbour) -> Result<soup::Soup> {
+    let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
+    // A binary STL may begin with any bytes, so they are no mark there.
+    let is_text = extension != "stl" || stl::looks_like_text(without_mark(bytes));
+    let bytes = if is_text { without_mark(bytes) } else { bytes };
+    match extension.as_str() {
+        "stl" => stl::parse(file, bytes, limits),
+        "obj" => obj::parse(file, bytes, limits),
+        "dae" => collada::parse(file, bytes, limits),
+        "ply" => ply::parse(file, bytes, limits),
+        "glb" | "gltf" => gltf::parse(file, bytes, limits, neighbour),
+        _ => {
+            let problem = format!(
+                "got `{}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
+                 Python: trimesh.load(PATH, force='mesh').export('x.stl')",
+                quoted(&extension)
+            );
+            Err(Error::input(file, "extension", problem))
+        }
+    }
+}
+
+#[cfg(not(feature = "meshes"))]
+const WITHOUT_MESHES: &str = "got a mesh or PLY file, expected none: this build of extricate has not the feature `meshes`";
+
+#[cfg(not(feature = "meshes"))]
+fn soup_of(file: &str, _: &[u8], _: &LoadLimits, _: Neighbour) -> Result<soup::Soup> {
+    Err(Error::input(file, "file", WITHOUT_MESHES))
 }
 
 /// Checks and welds vertices \[m\] and triangles; `name` is what messages call them.

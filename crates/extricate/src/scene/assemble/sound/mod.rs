@@ -8,6 +8,7 @@ mod bodies;
 mod kinematic_tree;
 mod values;
 
+#[cfg(feature = "model-files")]
 use crate::error::{self, Error};
 use crate::scene::Scene;
 
@@ -21,6 +22,7 @@ pub fn check(scene: &Scene) -> Result<(), String> {
     bodies::check(scene)
 }
 
+#[cfg(feature = "model-files")]
 impl Scene {
     /// Serialises the scene for other processes of the same version.
     pub fn to_bytes(&self) -> Vec<u8> {
