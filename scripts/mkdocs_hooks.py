@@ -18,7 +18,8 @@ SHOWN = {"ARCHITECTURE.md": "internals/architecture.md", "CHANGELOG.md": "change
 # The live page that scripts/write-live-page.sh wrote, which the first page of the site shows.
 LIVE = ROOT / "target/live-demo.html"
 NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extricate</title>
-<p style="font: 16px sans-serif; margin: 40px">This copy of the documentation was built without the live demo
+<img src="../images/demo.webp" alt="An arm in collision with a post, and its way to the nearest free configuration" style="max-width: 100%">
+<p style="font: 16px sans-serif">This copy of the documentation was built without the live demo
 (<code>scripts/write-live-page.sh</code>). <code>extricate demo</code> writes a page like it.</p></html>
 """
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")

@@ -42,7 +42,8 @@ pub enum Shown {
 /// Fails if a grasp belongs to another hand, or if the page cannot be written.
 pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
     let cells = if shown.len() > MANY_QUERIES { COARSE_CELLS } else { Detail::default().slice_cells };
-    let inspector = || Inspector::new(solver, Detail { slice_cells: cells });
+    // The plot of a motion shows its frames, not the way from a query to its exit.
+    let inspector = || Inspector::new(solver, Detail { slice_cells: cells, distances: !about.is_stream });
     let shown: Result<Vec<AnswerData>, String> = busy("drawing the page", || {
         let inspect = |inspector: &mut Inspector, shown: Shown| match shown {
             Shown::Answer(q, (answer, seconds)) => {

@@ -24,6 +24,8 @@ pub(crate) struct PathData {
     colliding_segments: usize,
     /// Share of the way at the first collision; `None` if none is known.
     first_collision: Option<f64>,
+    /// A letter for every segment: `f` proved free, `c` with a collision, `u` undecided.
+    segments: String,
 }
 
 /// A grasp, under the names of `extricate grasp --json`.
@@ -116,16 +118,21 @@ impl Inspector<'_> {
             free_segments: 0,
             colliding_segments: 0,
             first_collision: None,
+            segments: String::new(),
         };
         for (at, ends) in waypoints.windows(2).enumerate() {
             let begins = if at == 0 { 0.0 } else { shares[at - 1] };
             match checker.segment(ends[0], ends[1], &SegmentOptions::default(), &mut scratch) {
-                SegmentOutcome::Free => path.free_segments += 1,
+                SegmentOutcome::Free => {
+                    path.free_segments += 1;
+                    path.segments.push('f');
+                }
                 SegmentOutcome::Contact { colliding_at, .. } => {
                     path.colliding_segments += 1;
+                    path.segments.push('c');
                     path.first_collision.get_or_insert(begins + colliding_at * (shares[at] - begins));
                 }
-                _ => {}
+                _ => path.segments.push('u'),
             }
         }
         path
@@ -193,6 +200,7 @@ mod tests {
         let data = value(&inspector.path_data(&free, &[hit.clone(), free.clone()]));
         let path = &data["played"]["path"];
         assert_eq!((&path["waypoints"], &path["colliding_segments"]), (&3.into(), &2.into()), "{path}");
+        assert_eq!(path["segments"], "cc");
         assert!(path["first_collision"].as_f64().unwrap() <= 0.5);
         let exit = &data["exits"][0];
         let length = 2.0 * solver.metric().distance(&free, &hit);

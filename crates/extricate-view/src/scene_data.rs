@@ -5,11 +5,14 @@ use extricate::parts::{Factor, Frame, MotionRecord};
 use extricate::{Manifold, Scene};
 use serde::Serialize;
 
+use crate::cloud::{self, Cloud, clouds};
 use crate::triangles::{Encoded, Surface, shares};
 use crate::unit::metric_unit;
 
 /// Largest number of triangles of a page: about 0.6 MB of text.
 const MAX_TRIANGLES: usize = 50_000;
+/// Largest number of points and voxels of a page: about 0.8 MB of text.
+const MAX_CENTRES: usize = 100_000;
 
 /// A scene as the page reads it.
 #[derive(Debug, Serialize)]
@@ -55,6 +58,8 @@ struct BodyData<'a> {
     seat: Option<[f64; 12]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<Encoded>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    clouds: Vec<Cloud>,
 }
 
 /// Positions of the frames at a configuration, by which the page checks its kinematics.
@@ -69,6 +74,8 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
     let shares = shares(&counts, MAX_TRIANGLES);
+    let centres: usize = scene.bodies().iter().map(cloud::count).sum();
+    let step = centres.div_ceil(MAX_CENTRES).max(1);
     let body = |at: usize| {
         let body = &scene.bodies()[at];
         BodyData {
@@ -77,6 +84,7 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
             link: body.robot.is_some(),
             seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
             surface: surfaces[at].encode(shares[at]),
+            clouds: clouds(body, step),
         }
     };
     SceneData {
@@ -100,7 +108,7 @@ fn frame_data(frame: &Frame) -> FrameData {
 }
 
 /// Columns of the rotation, then the translation.
-fn numbers(pose: &Pose) -> [f64; 12] {
+pub fn numbers(pose: &Pose) -> [f64; 12] {
     let [x, y, z] = pose.columns();
     let numbers = [x, y, z, pose.origin()].concat();
     std::array::from_fn(|k| numbers[k])
