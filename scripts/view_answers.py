@@ -79,6 +79,7 @@ def check_scenes(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     check_parts(page)
     check_copies(page)
     check_link(page, (extricate.folder / "shelf-arm.html").as_uri())
+    check_clouds(page, extricate, pictures)
     least = check_colours(page.run("extricate.palettes"))
     page.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     page.run(SETTLE)
@@ -86,6 +87,32 @@ def check_scenes(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     expect(page.run("extricate.stage.world.background.getHex()") == page.run("extricate.palettes[1].back"), "the night has the colours of the day")
     page.ask("Emulation.setEmulatedMedia", features=[])
     print(f"page: keyboard, names, pairs, bodies, copies and links work; colours differ by at least {least:.0f} for every eye")
+
+
+def check_clouds(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
+    """Checks that 100,000 points and voxels are drawn, each where it is, without a stall."""
+    scene = (extricate.folder / "shelf-arm/shelf-arm.toml").read_text().split("[[obstacle]]")[0]
+    (extricate.folder / "shelf-arm/wall.xyz").write_text("".join(f"0.7 {k % 300 / 150 - 1} {k // 300 / 150}\n" for k in range(60_000)))
+    (extricate.folder / "shelf-arm/hill.txt").write_text("".join(f"{k % 200} {k // 200} -4\n" for k in range(39_000)))
+    (extricate.folder / "shelf-arm/few.txt").write_text("".join(f"{k % 10} {k // 10 % 10} {k // 100}\n" for k in range(500)))
+    shapes = ('points = "wall.xyz", radius = 0.004', 'voxels = "hill.txt", size = 0.01', 'voxels = "few.txt", size = 0.03')
+    scene += "".join(f'[[obstacle]]\nname = "cloud{at}"\nshape = {{ {shape} }}\n' for at, shape in enumerate(shapes))
+    (extricate.folder / "shelf-arm/clouds.toml").write_text(scene)
+    extricate.run("view shelf-arm/clouds.toml -n 2 --seed 1 -o clouds.html")
+    address = (extricate.folder / "clouds.html").as_uri()
+    page.open(address)
+    counts = page.run("extricate.stage.bodies.flatMap(made => made.clouds || []).map(cloud => cloud.count || cloud.geometry.attributes.position.count)")
+    expect(counts == [60_000, 39_000, 500], f"clouds have {counts} centres")
+    times = page.run(f"""(() => [10, 20, 30, 40, 50].map(percent => {{
+        const began = performance.now(), {{ stage, controls }} = extricate, gl = stage.renderer.getContext();
+        controls.go(percent);
+        stage.draw();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        return performance.now() - began;
+    }}))()""")
+    page.picture(pictures / "clouds.png")
+    check_clean(page, "clouds", address)
+    print(f"clouds: {sum(counts):,} centres, {(extricate.folder / 'clouds.html').stat().st_size / 1e6:.2f} MB, a picture takes {sorted(times)[2]:.0f} ms")
 
 
 def pixels_at_query(page: chromium.Browser, name: str, at: int) -> int:

@@ -57,8 +57,8 @@ class Controls {
         this.state = element("p", { id: "state", "aria-live": "polite" });
         this.proved = element("div", { id: "proved", hidden: true, role: "img" });
         this.plot = new Plot(fraction => this.pickPlotted(fraction));
-        byId("move").append(this.exits, this.slider, this.bar, this.proved, this.plot.svg, this.plot.caption,
-            element("div", { className: "row", style: "margin-top: 6px" }, this.play, this.place), this.state);
+        this.playRow = element("div", { className: "row", style: "margin-top: 6px" }, this.play, this.place);
+        byId("move").append(this.exits, this.slider, this.bar, this.proved, this.plot.svg, this.plot.caption, this.playRow, this.state);
     }
 
     // A place of the plot: a frame of a motion, or a percentage of the way.
@@ -108,9 +108,9 @@ class Controls {
         this.isOpening = false;
         this.query = Math.max(0, Math.min(this.answers.length - 1, query));
         this.exit = 0;
+        this.refresh();
         // While a motion plays, the picture stands still.
         if (!this.player || !this.player.isStream) this.onReset(false);
-        this.refresh();
         if (this.player) this.player.follow();
         if (this.onChoose) this.onChoose();
     }
@@ -142,7 +142,9 @@ class Controls {
         this.list.value = String(this.query);
         const { exits, played } = this.shown;
         this.exits.hidden = !!played;
-        byId("move").hidden = !exits.length;
+        // A frame of a motion that is free has no exit, but its place in the plot.
+        byId("move").hidden = !exits.length && !(this.player && this.player.isStream);
+        for (const part of [this.slider, this.bar, this.playRow, this.state]) part.hidden = !exits.length;
         this.exits.replaceChildren(...exits.map(({ depth }, at) => {
             const text = `exit ${at + 1}: ${digits(depth, 3)}${UNIT}`;
             const button = element("button", { type: "button" }, text);

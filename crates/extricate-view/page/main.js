@@ -70,9 +70,20 @@ function show() {
 
 const NO_CONTACTS = [];
 
+// The object of a grasp is the body after those of the scene.
+const BODIES = SCENE.bodies.length;
+
+function takeObject(object) {
+    if (SCENE.bodies[BODIES] === object) return;
+    SCENE.bodies.length = BODIES;
+    if (object) SCENE.bodies.push(object);
+    if (stage) stage.replace(BODIES, object);
+}
+
 // What depends on the query and the exit alone.
 function showChosen() {
     const { shown, exit } = controls;
+    takeObject(shown.object);
     if (stage) stage.lit = null;
     showNumbers(shown, exit);
     showJoints(shown, exit);

@@ -67,7 +67,8 @@ function verdictOf(shown, chosen) {
     const moved = number(chosen ? "exit_max_displacement" : "max_displacement", exit.max_displacement, lengthInWords(exit.max_displacement));
     return [
         ["in collision", pairList("colliding", shown, answer.colliding)],
-        [chosen ? "exit" : "depth", [element("b", { className: "free" }, depth), ` to ${chosen ? "this" : "the nearest"} exit; no point moves more than `, moved]],
+        [chosen ? "exit" : "depth", [element("b", { className: "free" }, depth), ` to ${chosen ? "this" : "the nearest"} exit; no point moves more than `, moved,
+            ...(UNIT ? [] : [element("br"), element("small", {}, UNIT_IN_WORDS)])]],
         ["lower bound", proofOf(answer)],
     ];
 }
@@ -156,6 +157,11 @@ function inUnit(at, x) {
     return isAngle(at) ? `${fixed(x * 180 / Math.PI, 1)}\u00b0` : fixed(x, 3);
 }
 
+// A name that may go on in another line after its parts.
+function breakable(name) {
+    return name.split(/(?<=[_/])/).flatMap(part => [part, element("wbr")]);
+}
+
 function cell(key) {
     return element("td", { className: "n", "data-joint": key });
 }
@@ -177,7 +183,7 @@ function showJoints(shown, chosen) {
             fillCell(end, fixed(exit.witness[at], 3), exit.witness[at]);
             fillCell(change, inUnit(at, exit.witness[at] - x), exit.witness[at] - x);
         }
-        return element("tr", {}, element("td", {}, nameOfCoordinate(at)), now, degrees, query, end, change);
+        return element("tr", {}, element("td", {}, ...breakable(nameOfCoordinate(at))), now, degrees, query, end, change);
     });
     byId("joints").replaceChildren(element("h2", {}, "Joints, in rad and degrees, or m"),
         element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)),

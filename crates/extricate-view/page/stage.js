@@ -136,6 +136,13 @@ class Stage {
         return made;
     }
 
+    // Puts a body in the place of another, or none.
+    replace(at, body) {
+        const made = this.bodies[at];
+        if (made) made.solid.removeFromParent();
+        this.bodies[at] = body ? this.makeBody(body, at) : null;
+    }
+
     // Bodies at these poses of frames, in one of the layers `solid`, `ghost` and `target`.
     place(layer, poses) {
         for (const made of this.bodies) {
@@ -165,7 +172,11 @@ class Stage {
                 look.depthWrite = !isDim;
                 continue;
             }
-            for (const cloud of made.clouds) cloud.material.color.set(isHit ? COLOURS.hit : COLOURS.obstacle);
+            // A cloud that collides in one place keeps its colour, unless its pair is lit.
+            for (const cloud of made.clouds) {
+                cloud.material.color.set(isHit && this.lit ? COLOURS.hit : COLOURS.obstacle);
+                cloud.visible = !isDim;
+            }
             if (!made.mesh) continue;
             made.mesh.material.color.set(COLOURS.obstacle);
             made.mesh.material.opacity = isDim ? 0.1 : this.lit ? 0.65 : 0.42;

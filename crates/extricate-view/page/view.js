@@ -35,7 +35,9 @@ function trialOf(stage, hit) {
     const camera = stage.camera.clone();
     camera.aspect = TRIAL_WIDTH / TRIAL_HEIGHT;
     const put = isTrial => {
-        for (const made of stage.bodies.filter(made => made && made.mesh)) {
+        for (const made of stage.bodies.filter(made => made)) {
+            for (const cloud of made.clouds || []) cloud.material.color.set(isTrial ? 0 : COLOURS.obstacle);
+            if (!made.mesh) continue;
             if (isTrial) made.look = made.mesh.material;
             made.mesh.material = !isTrial ? made.look : !made.moves ? looks.veil : hit.has(made.at) ? looks.white : looks.black;
             if (made.edges) made.edges.visible = !isTrial;

@@ -8,6 +8,7 @@ use extricate::{
 use serde::Serialize;
 
 use crate::played::{Played, Waypoint, leg};
+use crate::scene_data::BodyData;
 use crate::slice::{Slice, slice};
 
 /// Parts of the straight segment to an exit; the checker evaluates both ends and every percent
@@ -59,6 +60,9 @@ pub struct AnswerData {
     /// A path or a grasp that is played back in place of an answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     played: Option<Played>,
+    /// The object of a grasp, which is the body after those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) object: Option<BodyData>,
 }
 
 #[derive(Debug, Serialize)]
@@ -108,7 +112,11 @@ impl<'a> Inspector<'a> {
             let radii = [answer.lower_bound, answer.depth];
             slice(self.solver, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
         });
-        AnswerData { q: q.to_vec(), answer, seconds, contacts, exits, pairs, slice, played: None }
+        AnswerData { q: q.to_vec(), answer, seconds, contacts, exits, pairs, slice, played: None, object: None }
+    }
+
+    pub(crate) fn detail(&self) -> Detail {
+        self.detail
     }
 
     pub(crate) fn solver(&self) -> &'a Solver {
@@ -121,7 +129,17 @@ impl<'a> Inspector<'a> {
         let named = exit.pairs().chain(contacts.iter().map(|contact| contact.pair));
         let pairs = named.map(|pair| self.bodies(pair)).collect();
         let (q, exits) = (q.to_vec(), vec![exit]);
-        AnswerData { q, answer: None, seconds: None, contacts, exits, pairs, slice: None, played: Some(played) }
+        AnswerData {
+            q,
+            answer: None,
+            seconds: None,
+            contacts,
+            exits,
+            pairs,
+            slice: None,
+            played: Some(played),
+            object: None,
+        }
     }
 
     /// Returns the page's data of an exit that no query found. Contacts within `reach` \[m\] count

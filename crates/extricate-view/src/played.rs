@@ -1,9 +1,11 @@
 //! Data that the page plays back without a query: paths from elsewhere, and released grasps.
 
+use extricate::geometry::Body;
 use extricate::{CheckScratch, Config, SegmentOptions, SegmentOutcome};
 use serde::{Deserialize, Serialize};
 
 use crate::answer_data::{AnswerData, Inspector};
+use crate::scene_data::object_data;
 
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -95,6 +97,20 @@ impl Inspector<'_> {
         // coloured.
         let exit = self.exit_by_way(first, way, last, path.length, None);
         self.played_data(first, exit, Played::Path(path))
+    }
+
+    /// Returns the page's data of a grasp of an object that is no obstacle of the scene, as
+    /// [`Inspector::grasp_data`] does.
+    ///
+    /// # Errors
+    /// Fails if the object cannot be an obstacle of the scene, or as [`Inspector::grasp_data`].
+    pub fn grasp_of_object_data(&mut self, q: &Config, grasp: GraspData, object: Body) -> Result<AnswerData, String> {
+        let in_words = |error: extricate::Error| error.to_string();
+        let scene = self.solver().scene().with_obstacles([object]).map_err(in_words)?;
+        let solver = self.solver().with_scene(scene).map_err(in_words)?;
+        let mut data = Inspector::new(&solver, self.detail()).grasp_data(q, grasp)?;
+        data.object = object_data(solver.scene());
+        Ok(data)
     }
 
     /// Returns the page's data of a grasp that was released from the query `q`.
@@ -250,6 +266,18 @@ mod tests {
         let data = value(&inspector.grasp_data(&hit, grasp.clone()).unwrap());
         assert_eq!((&data["played"]["grasp"]["moved"], &data["exits"][0]["depth"]), (&0.3.into(), &0.3.into()));
         assert!(!data["exits"][0]["stretches"][0]["pairs"].as_array().unwrap().is_empty());
+        // An object that is no obstacle of the scene is the body after those of the scene.
+        let object = solver.scene().bodies().iter().find(|body| body.is_obstacle()).unwrap().clone();
+        let bare = Solver::new(solver.scene().without_obstacles());
+        let mut inspector = Inspector::new(&bare, Detail::default());
+        let last = bare.scene().bodies().len() as u64;
+        let data = value(&inspector.grasp_of_object_data(&hit, grasp.clone(), object.clone()).unwrap());
+        assert_eq!(data["object"]["name"], object.name);
+        let bodies: Vec<u64> =
+            data["pairs"].as_object().unwrap().values().map(|pair| pair[1].as_u64().unwrap()).collect();
+        assert!(bodies.iter().all(|body| *body <= last), "{bodies:?}");
+        let taken = bare.scene().bodies()[0].clone();
+        assert!(inspector.grasp_of_object_data(&hit, grasp.clone(), taken).unwrap_err().contains("taken"));
         let short = GraspData { config: vec![0.0], ..grasp };
         assert!(inspector.grasp_data(&hit, short).unwrap_err().contains("config"));
     }

@@ -11,6 +11,8 @@ use crate::unit::metric_unit;
 
 /// Largest number of triangles of a page: about 0.6 MB of text.
 const MAX_TRIANGLES: usize = 50_000;
+/// Largest number of triangles of the object of a grasp, of which a page may have many.
+const MAX_OBJECT_TRIANGLES: usize = 3000;
 /// Largest number of points and voxels of a page: about 0.8 MB of text.
 const MAX_CENTRES: usize = 100_000;
 
@@ -25,7 +27,7 @@ pub struct SceneData<'a> {
     joints: Vec<JointData<'a>>,
     factors: &'a [Factor],
     frames: Vec<FrameData>,
-    bodies: Vec<BodyData<'a>>,
+    bodies: Vec<BodyData>,
     probe: Probe,
 }
 
@@ -48,8 +50,8 @@ struct FrameData {
 }
 
 #[derive(Debug, Serialize)]
-struct BodyData<'a> {
-    name: &'a str,
+pub struct BodyData {
+    name: String,
     frame: usize,
     /// Whether the body is a link, not an obstacle or an attached object.
     link: bool,
@@ -73,19 +75,12 @@ struct Probe {
 pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
-    let shares = shares(&counts, MAX_TRIANGLES);
-    let centres: usize = scene.bodies().iter().map(cloud::count).sum();
-    let step = centres.div_ceil(MAX_CENTRES).max(1);
+    let triangle_shares = shares(&counts, MAX_TRIANGLES);
+    let centres: Vec<usize> = scene.bodies().iter().map(cloud::count).collect();
+    let centre_shares = shares(&centres, MAX_CENTRES);
     let body = |at: usize| {
-        let body = &scene.bodies()[at];
-        BodyData {
-            name: &body.name,
-            frame: body.frame,
-            link: body.robot.is_some(),
-            seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
-            surface: surfaces[at].encode(shares[at]),
-            clouds: clouds(body, step),
-        }
+        let step = centres[at].div_ceil(centre_shares[at]).max(1);
+        body_data(scene, at, surfaces[at].encode(triangle_shares[at]), step)
     };
     SceneData {
         unit: metric_unit(scene),
@@ -101,6 +96,24 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
         bodies: (0..scene.bodies().len()).map(body).collect(),
         probe: probe(scene),
     }
+}
+
+fn body_data(scene: &Scene, at: usize, surface: Option<Encoded>, step: usize) -> BodyData {
+    let body = &scene.bodies()[at];
+    BodyData {
+        name: body.name.clone(),
+        frame: body.frame,
+        link: body.robot.is_some(),
+        seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
+        surface,
+        clouds: clouds(body, step),
+    }
+}
+
+/// Returns the last body of a scene, which is the object of a grasp.
+pub fn object_data(scene: &Scene) -> Option<BodyData> {
+    let at = scene.bodies().len().checked_sub(1)?;
+    Some(body_data(scene, at, Surface::of(&scene.bodies()[at]).encode(MAX_OBJECT_TRIANGLES), 1))
 }
 
 fn frame_data(frame: &Frame) -> FrameData {
