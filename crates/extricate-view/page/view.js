@@ -6,6 +6,9 @@ const ELEVATIONS = [0.42, 0.95, -0.15];
 // Size of the pictures that are compared, and how many of their pixels have to be seen [px].
 const [TRIAL_WIDTH, TRIAL_HEIGHT, ENOUGH_PIXELS] = [192, 144, 60];
 
+// What a pixel of the other links counts beside one of those that collide.
+const OTHERS_WEIGHT = 0.06;
+
 // Corners of the box around what moves, at several poses.
 function cornersOf(stage, places) {
     const box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
@@ -25,13 +28,14 @@ function cornersOf(stage, places) {
     return box.low[0] <= box.high[0] ? box : { low: [-0.5, -0.5, 0], high: [0.5, 0.5, 1] };
 }
 
-// Draws the links in `hit` white and all else black, and returns a function from a view to the white that is seen [px].
+// Draws the links in `hit` red and the others green, and returns a function from a view to the red and the green that are seen [px].
 function trialOf(stage, hit) {
     const target = new THREE.WebGLRenderTarget(TRIAL_WIDTH, TRIAL_HEIGHT);
     const pixels = new Uint8Array(4 * TRIAL_WIDTH * TRIAL_HEIGHT);
     // Materials as those of the picture, so that no shader is compiled for them.
-    const looks = { white: material(0, 1), black: material(0, 1), veil: material(0, 0.42) };
-    looks.white.emissive.set(0xffffff);
+    const looks = { hit: material(0, 1), other: material(0, 1), veil: material(0, 0.42) };
+    looks.hit.emissive.set(0xff0000);
+    looks.other.emissive.set(0x00ff00);
     const camera = stage.camera.clone();
     camera.aspect = TRIAL_WIDTH / TRIAL_HEIGHT;
     const put = isTrial => {
@@ -39,7 +43,7 @@ function trialOf(stage, hit) {
             for (const cloud of made.clouds || []) cloud.material.color.set(isTrial ? 0 : COLOURS.obstacle);
             if (!made.mesh) continue;
             if (isTrial) made.look = made.mesh.material;
-            made.mesh.material = !isTrial ? made.look : !made.moves ? looks.veil : hit.has(made.at) ? looks.white : looks.black;
+            made.mesh.material = !isTrial ? made.look : !made.moves ? looks.veil : hit.has(made.at) ? looks.hit : looks.other;
             if (made.edges) made.edges.visible = !isTrial;
         }
         for (const name of ["ghost", "target", "contacts", "grid"]) {
@@ -59,9 +63,12 @@ function trialOf(stage, hit) {
         stage.renderer.render(stage.world, camera);
         stage.renderer.readRenderTargetPixels(target, 0, 0, TRIAL_WIDTH, TRIAL_HEIGHT, pixels);
         stage.renderer.setRenderTarget(null);
-        let sum = 0;
-        for (let at = 0; at < pixels.length; at += 4) sum += pixels[at];
-        return sum / 255;
+        const sums = [0, 0];
+        for (let at = 0; at < pixels.length; at += 4) {
+            sums[0] += pixels[at] / 255;
+            sums[1] += pixels[at + 1] / 255;
+        }
+        return sums;
     };
     put(true);
     return { seen, end: () => { put(false); target.dispose(); Object.values(looks).forEach(look => look.dispose()); } };
@@ -101,9 +108,9 @@ function chooseView(stage, places, hit) {
             const azimuth = 2.2 + 2 * Math.PI * k / AZIMUTHS;
             stage.lookFrom(azimuth, elevation, distance);
             stage.camera.updateMatrixWorld();
-            const pixels = hit.size ? trial.seen() : 0;
+            const [pixels, others] = hit.size ? trial.seen() : [0, 0];
             const along = stage.camera.getWorldDirection(new THREE.Vector3()).dot(moved) / (moved.length() || 1);
-            const score = pixels * (0.5 + 0.5 * Math.sqrt(1 - Math.min(1, along * along)));
+            const score = (pixels + OTHERS_WEIGHT * others) * (0.5 + 0.5 * Math.sqrt(1 - Math.min(1, along * along)));
             if (score > best.score) best = { score, pixels, azimuth, elevation };
             if (!hit.size) break;
         }
