@@ -20,7 +20,7 @@ python=${EXTRICATE_PYTHON:-python3}
 mapfile -t peers < <(grep -E "^(pin|coal)==" bench/requirements.txt)
 # Packages are fetched in the background; missing ones are fetched when they are needed.
 # The requirements of the package's extras, and a library of meshes.
-asked=(pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags "${peers[@]}")
+asked=(pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags matplotlib rerun-sdk foxglove-sdk mcap-protobuf-support "${peers[@]}")
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/requirements.txt); fi
 "$work/tools/bin/pip" download --quiet --disable-pip-version-check --dest "$work/fetched" "${asked[@]}" >/dev/null 2>&1 &
 fetching=$!
@@ -45,7 +45,7 @@ program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
 "$python" scripts/check-doc-blocks.py --self-test
 "$python" scripts/check-doc-blocks.py "$program" "$work/venv/bin/python"
 
-pip install --find-links "$work/fetched" pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags
+pip install --find-links "$work/fetched" pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags matplotlib rerun-sdk foxglove-sdk mcap-protobuf-support
 "$work/venv/bin/python" -m pytest --quiet "$crate/tests"
 "$work/venv/bin/python" -m mypy --strict --package extricate
 "$work/venv/bin/python" -m mypy --strict "$crate/tests/typed_user.py"

@@ -36,7 +36,8 @@ This copy of the documentation was built without the reference of the crate. In 
 shows it.
 """
 NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extricate</title>
-<p style="font: 16px sans-serif; margin: 40px">This copy of the documentation was built without the live demo
+<img src="../images/demo.webp" alt="An arm in collision with a post, and its way to the nearest free configuration" style="max-width: 100%">
+<p style="font: 16px sans-serif">This copy of the documentation was built without the live demo
 (<code>scripts/write-live-page.sh</code>). <code>extricate demo</code> writes a page like it.</p></html>
 """
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")

@@ -26,7 +26,7 @@ PIXELS = """(() => {
     }
     return { hit, free, drawn, sum };
 })()"""
-NUMBERS = """Object.fromEntries([...document.querySelectorAll("#numbers [data-key]")]
+NUMBERS = """Object.fromEntries([...document.querySelectorAll("#panel [data-key]")]
     .map(found => [found.dataset.key, found.dataset.value]))"""
 JOINTS = """["query", "exit"].map(key => [...document.querySelectorAll(`#joints [data-joint=${key}]`)]
     .map(cell => Number(cell.dataset.value)))"""

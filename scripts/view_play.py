@@ -15,6 +15,12 @@ GRIPPER = """<robot name="gripper"><link name="palm"/>
 <joint name="close_right" type="prismatic"><parent link="palm"/><child link="right"/><origin xyz="0.1 0 0"/><axis xyz="-1 0 0"/>
 <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint></robot>"""
 FRAMES = 30
+# Presses the plot at a fraction of its width.
+PRESS = """(() => {
+    const plot = document.getElementById("plot"), box = plot.getBoundingClientRect();
+    plot.setPointerCapture = () => {};
+    plot.dispatchEvent(new PointerEvent("pointerdown", { clientX: box.left + %r * box.width, clientY: box.top + 5 }));
+})()"""
 # Plays all of a page, and returns for each picture the number of the query and the percentage of its exit.
 WATCH = """new Promise((done, failed) => {
     const { controls, player } = extricate, seen = [], began = performance.now();
@@ -50,6 +56,13 @@ def check_motion(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     page.run("extricate.controls.choose(0); document.getElementById('frames').value = '7'; "
              "document.getElementById('frames').dispatchEvent(new Event('input'))")
     expect(page.run("extricate.controls.query") == 7, "the slider of frames chooses none")
+    # The plot of a motion has every frame, and a press chooses the one at its place.
+    points = page.run("document.querySelector('#plot .line').getAttribute('points').split(' ').length")
+    expect(points == FRAMES, f"the plot has {points} frames")
+    page.run(PRESS % 0.5)
+    expect(page.run("extricate.controls.query") == FRAMES // 2, "a press of the plot chooses another frame")
+    cursor = page.run("Number(document.querySelector('#plot .cursor').getAttribute('x1'))")
+    expect(abs(cursor - page.run("extricate.controls.query") / (FRAMES - 1)) < 1e-9, f"the cursor is at {cursor}")
     check_clean(page, "motion", address)
     print(f"motion: {FRAMES} frames played, {compared} numbers equal")
 
@@ -75,8 +88,17 @@ def check_paths(page: chromium.Browser, extricate: Program, pictures: Path) -> N
             page.run(f"extricate.controls.go(100 * {point['at']!r})")
             now = page.run("[...document.querySelectorAll('#joints [data-joint=now]')].map(cell => Number(cell.dataset.value))")
             expect(max(abs(a - b) for a, b in zip(now, point["q"])) < 1e-9, f"path {at + 1}: {now} at {point}")
+        # The plot is the program's distance of the nearest pair at the ends.
+        (folder / "ends.jsonl").write_text("".join(f"{json.dumps(q)}\n" for q in (path[0], path[-1])))
+        ends = [row["clearance"] for row in extricate.rows(f"check {scene} --input ends.jsonl --json")]
+        shown = page.run("extricate.controls.shown.exits[0].distances")
+        expect(len(shown) == 101 and max(abs(a - b) for a, b in zip(ends, (shown[0], shown[-1]))) < 1e-6, f"path {at + 1}: distances {shown}, ends {ends}")
+        strip = page.run("[...document.querySelectorAll('#proved i')].map(part => part.className)")
+        expect(strip == [{"free": "f", "contact": "c"}.get(outcome, "u") for outcome in outcomes], f"path {at + 1}: the strip is {strip}")
     check_words(page)
-    page.run("extricate.controls.choose(0); extricate.controls.go(30)")
+    page.run("extricate.controls.choose(0); extricate.controls.go(0)")
+    page.run(PRESS % 0.3)
+    expect(page.run("extricate.controls.percent") == 30, "a press of the plot does not go there")
     page.picture(pictures / "path.png")
     page.run("document.activeElement.blur()")
     seen = page.run(WATCH)
@@ -108,4 +130,29 @@ def check_grasps(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     check_words(page)
     page.picture(pictures / "grasp.png")
     check_clean(page, "grasps", address)
-    print("grasps: 2 shown, numbers equal")
+    check_objects(page, extricate, pictures)
+    print("grasps: 2 shown, numbers equal, and 2 with objects of their own")
+
+
+TETRAHEDRON = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"
+
+
+def check_objects(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
+    """Checks that a grasp is shown with the object that its line names."""
+    folder = extricate.folder
+    (folder / "meshes").mkdir()
+    (folder / "meshes/cup.obj").write_text(TETRAHEDRON)
+    (folder / "hand.toml").write_text('clearance = 1e-4\n[[robot]]\nurdf = "gripper.urdf"\n')
+    lines = [json.dumps({"q": [0.06, 0.07], "object": "cup.obj", "scale": scale}) + "\n" for scale in (0.02, 0.04)]
+    (folder / "g.jsonl").write_text("".join(lines))
+    (folder / "a.jsonl").write_text(extricate.run("grasp hand.toml --input g.jsonl --objects meshes --json"))
+    address = opened(page, extricate, "hand.toml --input g.jsonl --answers a.jsonl --objects meshes")
+    sums = []
+    for at in range(2):
+        page.run(f"extricate.controls.choose({at}); extricate.controls.go(0)")
+        expect(page.run("extricate.stage.bodies.filter(made => made && made.edges).length") == 1, f"grasp {at + 1}: no object is drawn")
+        expect("object" in page.run("document.getElementById('state').textContent"), f"grasp {at + 1}: nothing touches the object")
+        sums.append(page.run(PIXELS)["sum"])
+    expect(sums[0] != sums[1], "another object looks the same")
+    page.picture(pictures / "objects.png")
+    check_clean(page, "objects", address)

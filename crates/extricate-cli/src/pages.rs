@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
+use extricate::geometry::Body;
 use extricate::{Config, Solver};
 use extricate_view::{AnswerData, Detail, GraspData, Inspector, Live, Page};
 use rayon::prelude::*;
@@ -32,8 +33,8 @@ pub enum Shown {
     Answer(Config, Timed),
     /// The first waypoint of a path, and the others.
     Path(Config, Vec<Config>),
-    /// A query and the grasp that was released from it.
-    Grasp(Config, GraspData),
+    /// A query, the grasp that was released from it, and its object if that is no obstacle.
+    Grasp(Config, GraspData, Option<Body>),
 }
 
 /// Renders the page. The exact checker computes the additional data on all cores.
@@ -42,14 +43,16 @@ pub enum Shown {
 /// Fails if a grasp belongs to another hand, or if the page cannot be written.
 pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
     let cells = if shown.len() > MANY_QUERIES { COARSE_CELLS } else { Detail::default().slice_cells };
-    let inspector = || Inspector::new(solver, Detail { slice_cells: cells });
+    // The plot of a motion shows its frames, not the way from a query to its exit.
+    let inspector = || Inspector::new(solver, Detail { slice_cells: cells, distances: !about.is_stream });
     let shown: Result<Vec<AnswerData>, String> = busy("drawing the page", || {
         let inspect = |inspector: &mut Inspector, shown: Shown| match shown {
             Shown::Answer(q, (answer, seconds)) => {
                 Ok(inspector.answer_data(&q, answer, (seconds > 0.0).then_some(seconds)))
             }
             Shown::Path(first, rest) => Ok(inspector.path_data(&first, &rest)),
-            Shown::Grasp(q, grasp) => inspector.grasp_data(&q, grasp),
+            Shown::Grasp(q, grasp, None) => inspector.grasp_data(&q, grasp),
+            Shown::Grasp(q, grasp, Some(object)) => inspector.grasp_of_object_data(&q, grasp, object),
         };
         shown.into_par_iter().map_init(inspector, inspect).collect()
     });

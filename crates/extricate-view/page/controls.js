@@ -2,12 +2,14 @@
 
 // Milliseconds from the query to the exit.
 const PLAY_TIME = 2200;
+// Milliseconds for which the query is seen before a page plays the exit.
+const REST_TIME = 900;
 
 class Controls {
-    // `show` is called after every change, `onReset` where the picture may be turned back, and has to be where it is given
-    // `true`.
-    constructor(answers, show, onReset) {
-        Object.assign(this, { answers, show, onReset, query: 0, exit: 0, percent: 0, playing: null });
+    // `show` is called after every change, `showChosen` after another query or exit is chosen. `onReset` is called if the
+    // picture may be turned back, and has to be turned back if it is given `true`.
+    constructor(answers, { show, showChosen, onReset }) {
+        Object.assign(this, { answers, show, showChosen, onReset, query: 0, exit: 0, percent: 0, playing: null, isOpening: false });
         this.makeQueries();
         this.makeMove();
         addEventListener("keydown", event => this.key(event));
@@ -37,9 +39,9 @@ class Controls {
         const place = `${at + 1} of ${this.answers.length}`;
         if (played) {
             const [kind, what] = played.path ? ["path", "length"] : ["grasp", "moved"];
-            return `${kind} ${place}: ${what} ${digits(exits[0].depth, 3)} ${SCENE.unit}`;
+            return `${kind} ${place}: ${what} ${digits(exits[0].depth, 3)}${UNIT}`;
         }
-        const depth = !answer ? "no answer" : exits.length ? `depth ${digits(answer.depth, 3)} ${SCENE.unit}` : "free";
+        const depth = !answer ? "no answer" : exits.length ? `depth ${digits(answer.depth, 3)}${UNIT}` : "free";
         return `query ${place}: ${depth}`;
     }
 
@@ -53,16 +55,62 @@ class Controls {
         this.place = element("span", { id: "percent" });
         this.bar = element("div", { id: "bar" });
         this.state = element("p", { id: "state", "aria-live": "polite" });
-        byId("move").append(this.exits, this.slider, this.bar,
-            element("div", { className: "row", style: "margin-top: 6px" }, this.play, this.place), this.state);
+        this.proved = element("div", { id: "proved", hidden: true, role: "img" });
+        this.plot = new Plot(fraction => this.pickPlotted(fraction));
+        this.playRow = element("div", { className: "row", style: "margin-top: 6px" }, this.play, this.place);
+        byId("move").append(this.exits, this.slider, this.bar, this.proved, this.plot.svg, this.plot.caption, this.playRow, this.state);
+    }
+
+    // A place of the plot: a frame of a motion, or a percentage of the way.
+    pickPlotted(fraction) {
+        if (this.player.isStream) this.player.go(Math.round(fraction * (this.answers.length - 1)));
+        else this.go(Math.round(100 * fraction));
+    }
+
+    // What is known along the way or the motion.
+    fillPlot() {
+        const { distances = [] } = this.shown.exits[this.exit] || {};
+        const isStream = this.player && this.player.isStream;
+        const hasPlot = isStream ? this.answers.length > 1 : distances.some(Number.isFinite);
+        this.plot.svg.toggleAttribute("hidden", !hasPlot);
+        this.plot.caption.hidden = !hasPlot;
+        if (!hasPlot) return;
+        if (!isStream) return this.plot.fill(distances, [], "distance of the nearest pair along the way");
+        const of = key => this.answers.map(({ answer }) => (answer ? answer[key] : null));
+        this.plot.fill(of("depth"), of("lower_bound"), "depth of every frame, and what is proved of it");
+    }
+
+    pointPlot() {
+        if (this.plot.caption.hidden) return;
+        if (this.player && this.player.isStream) {
+            return this.plot.point(this.query / (this.answers.length - 1), depthInWords(this.shown));
+        }
+        this.plot.point(this.percent / 100, distanceInWords(this.shown.exits[this.exit].distances, this.percent));
+    }
+
+    // Segments of a path: proved free, in collision, or neither.
+    fillProved() {
+        const { played, exits } = this.shown;
+        const path = played && played.path;
+        this.proved.hidden = !path;
+        if (!path) return;
+        const ends = [...(exits[0].way || []).map(({ at }) => at), 1];
+        const words = { f: "proved free", c: "in collision", u: "undecided" };
+        this.proved.setAttribute("aria-label", [...path.segments].map(letter => words[letter]).join(", "));
+        this.proved.replaceChildren(...[...path.segments].map((letter, at) => {
+            const part = element("i", { className: letter, title: `segment ${at + 1}: ${words[letter]}` });
+            part.style.flex = String(ends[at] - (at ? ends[at - 1] : 0));
+            return part;
+        }));
     }
 
     choose(query) {
+        this.isOpening = false;
         this.query = Math.max(0, Math.min(this.answers.length - 1, query));
         this.exit = 0;
+        this.refresh();
         // While a motion plays, the picture stands still.
         if (!this.player || !this.player.isStream) this.onReset(false);
-        this.refresh();
         if (this.player) this.player.follow();
         if (this.onChoose) this.onChoose();
     }
@@ -72,8 +120,19 @@ class Controls {
         this.refresh();
     }
 
+    // Plays the exit that the page opens on, once, unless something else is pressed meanwhile.
+    open() {
+        this.isOpening = true;
+        setTimeout(() => {
+            if (!this.isOpening) return;
+            this.toggle();
+            this.isOpening = true;
+        }, REST_TIME);
+    }
+
     go(percent) {
         this.stop();
+        this.isOpening = false;
         this.percent = Math.max(0, Math.min(100, percent));
         this.show();
     }
@@ -83,15 +142,20 @@ class Controls {
         this.list.value = String(this.query);
         const { exits, played } = this.shown;
         this.exits.hidden = !!played;
-        byId("move").hidden = !exits.length;
+        // A frame of a motion that is free has no exit, but its place in the plot.
+        byId("move").hidden = !exits.length && !(this.player && this.player.isStream);
+        for (const part of [this.slider, this.bar, this.playRow, this.state]) part.hidden = !exits.length;
         this.exits.replaceChildren(...exits.map(({ depth }, at) => {
-            const text = `exit ${at + 1}: ${digits(depth, 3)} ${SCENE.unit}`;
+            const text = `exit ${at + 1}: ${digits(depth, 3)}${UNIT}`;
             const button = element("button", { type: "button" }, text);
             button.setAttribute("aria-pressed", String(at === this.exit));
             button.onclick = () => this.pick(at);
             return button;
         }));
         if (exits.length) this.fillBar(exits[this.exit].stretches);
+        this.fillPlot();
+        this.fillProved();
+        this.showChosen();
         this.show();
     }
 
@@ -106,6 +170,7 @@ class Controls {
     }
 
     toggle() {
+        this.isOpening = false;
         if (this.playing) return this.stop();
         if (this.percent >= 100) this.percent = 0;
         const [began, from] = [performance.now(), this.percent];

@@ -125,6 +125,8 @@ class Live {
     // Asks at most once a frame, and once more in full when nothing changes any longer.
     want(q) {
         this.wanted = q;
+        // What was played when the page opened ends at the exit; what is dragged is the query.
+        if (this.controls.isOpening) this.controls.go(0);
         if (this.due) return;
         this.due = requestAnimationFrame(() => {
             this.due = null;
@@ -177,17 +179,14 @@ class Live {
         const picture = stage.renderer.domElement;
         let held = null;
         picture.addEventListener("pointerdown", event => {
-            const hit = stage.obstacleAt(event);
+            const hit = stage.bodyAt(event);
             if (!hit || !SCENE.bodies[hit.body].seat) return;
             held = { ...hit, body: SCENE.bodies[hit.body], upright: event.shiftKey };
             stage.orbit.enabled = false;
             picture.setPointerCapture(event.pointerId);
         }, { capture: true });
         picture.addEventListener("pointermove", event => {
-            if (!held) {
-                if (!event.buttons) picture.style.cursor = stage.obstacleAt(event) ? "grab" : "";
-                return;
-            }
+            if (!held) return;
             const now = stage.pointInPlane(event, held.point, held.upright);
             if (!now) return;
             const by = now.map((x, k) => (held.upright === (k === 2) ? x - held.point[k] : 0));

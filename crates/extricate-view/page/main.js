@@ -1,8 +1,5 @@
 // Puts the page together, and shows what the controls say.
 
-const DATA = JSON.parse(byId("data").textContent);
-const SCENE = DATA.scene;
-
 // The picture, or none where the browser has no WebGL; the numbers are shown all the same.
 function makeStage() {
     try {
@@ -15,7 +12,7 @@ function makeStage() {
 }
 
 const stage = makeStage();
-const canvas = element("canvas", { width: 760, height: 760 });
+const canvas = element("canvas", { width: 760, height: 760, role: "img" });
 const caption = element("small");
 byId("plane").append(element("h2", {}, "Slice of the configuration space"), canvas, caption);
 
@@ -45,92 +42,89 @@ function stateInWords(shown, stretch) {
     return [element("b", { className: "hit" }, title), text.slice(0, 4).join(", ") + more];
 }
 
+// Where the robot is: at the query, at the exit, or between.
 function show() {
     const { shown, exit: chosen, percent } = controls;
     const exit = shown.exits[chosen];
     const now = exit ? along(SCENE, shown.q, exit, percent / 100) : shown.q;
     const [begins, ends] = endsOf(shown, chosen);
-    const colliding = bodiesOf(shown, collidingAt(shown));
     const stretch = exit ? stretchAt(exit, percent) : { pairs: [], outside: false };
     controls.slider.value = String(Math.round(percent));
     const course = exit && exit.way ? "path" : "straight segment";
     controls.place.textContent = percent <= 0 ? `at the ${begins}` : percent >= 100 ? `at ${shown.played ? "the " : ""}${ends}`
         : `${Math.round(percent)} % of the ${course}`;
     controls.state.replaceChildren(...stateInWords(shown, stretch));
+    controls.pointPlot();
     if (stage) {
         stage.place("solid", placed(SCENE, now));
         stage.colour(bodiesOf(shown, stretch.pairs), !stretch.pairs.length && !stretch.outside && !!(shown.answer || shown.played));
         stage.place("ghost", placed(SCENE, shown.q));
-        stage.colourGhost(colliding);
         stage.place("target", placed(SCENE, exit ? exit.witness : shown.q));
-        // A ghost in the very place of the robot only flickers.
-        stage.layers.ghost.visible = layers.ghost.checked && percent > 0;
-        stage.layers.target.visible = layers.target.checked && percent < 100;
-        stage.showContacts(exit ? exit.contacts : []);
+        stage.colourGhosts(bodiesOf(shown, collidingAt(shown)));
+        // Contacts are of one place, so none are shown between the query and the exit.
+        stage.showContacts(percent <= 0 ? shown.contacts : percent >= 100 && exit ? exit.contacts : NO_CONTACTS);
     }
-    showNumbers(shown, chosen);
-    showJoints(shown, chosen, now);
-    byId("plane").hidden = !shown.slice;
-    if (shown.slice) {
-        drawSlice(canvas, shown.slice, chosen, percent / 100, SCENE.unit);
-        caption.textContent = captionOf(shown.slice, chosen, shown.slice.rings[0].length > 0);
-    }
+    showNow(now);
+    if (shown.slice) drawSlice(canvas, shown.slice, chosen, percent / 100, UNIT);
 }
 
-// Where what collides at the query is: the mean of its obstacles' or links' middles.
-function hitAt(shown) {
-    if (!stage) return null;
-    const poses = placed(SCENE, shown.q);
-    const middles = [...bodiesOf(shown, collidingAt(shown))].filter(body => stage.bodies[body]).map(body => {
-        const { geometry } = stage.bodies[body];
-        geometry.computeBoundingBox();
-        const middle = geometry.boundingBox.getCenter(new THREE.Vector3());
-        const pose = composed(poses[SCENE.bodies[body].frame], Float64Array.of(...IDENTITY.slice(0, 9), middle.x, middle.y, middle.z));
-        return [...pose.slice(9)];
-    });
-    return middles.length ? [0, 1, 2].map(k => middles.reduce((sum, m) => sum + m[k], 0) / middles.length) : null;
+const NO_CONTACTS = [];
+
+// The object of a grasp is the body after those of the scene.
+const BODIES = SCENE.bodies.length;
+
+function takeObject(object) {
+    if (SCENE.bodies[BODIES] === object) return;
+    SCENE.bodies.length = BODIES;
+    if (object) SCENE.bodies.push(object);
+    if (stage) stage.replace(BODIES, object);
+}
+
+// What depends on the query and the exit alone.
+function showChosen() {
+    const { shown, exit } = controls;
+    takeObject(shown.object);
+    if (stage) stage.lit = null;
+    showNumbers(shown, exit);
+    showJoints(shown, exit);
+    byId("plane").hidden = !shown.slice;
+    if (shown.slice) canvas.ariaLabel = caption.textContent = captionOf(shown.slice, exit, shown.slice.rings[0].length > 0);
+}
+
+// Shows some bodies alone, or all.
+function light(bodies) {
+    if (!stage) return;
+    stage.lit = bodies && new Set(bodies);
+    show();
 }
 
 // Turns the picture to the query that is shown, unless someone has turned it and it need not be.
-function frameAll(always) {
+function turnBack(always) {
     if (!stage || (stage.isTurned && !always)) return;
-    stage.isTurned = false;
     const { shown } = controls;
     // Of a motion, some twenty of its frames.
     const step = Math.ceil(DATA.answers.length / 20);
-    const all = DATA.stream ? DATA.answers.filter((_, at) => at % step === 0) : [shown];
-    const ends = all.flatMap(({ q, exits }) => [q, ...exits.flatMap(({ way = [], witness }) => [...way.map(point => point.q), witness])]);
-    stage.frameAll(ends.map(q => placed(SCENE, q)), hitAt(shown));
+    const others = DATA.stream ? DATA.answers.filter((_, at) => at % step === 0) : [];
+    const ends = [shown, ...others].flatMap(({ q, exits }) => [
+        q, ...exits.flatMap(({ way = [] }) => way.map(point => point.q)), ...exits.slice(0, 1).map(({ witness }) => witness),
+    ]);
+    chooseView(stage, ends.map(q => placed(SCENE, q)), bodiesOf(shown, collidingAt(shown)));
+    stage.isTurned = false;
+    stage.contacts = null;
+    show();
 }
 
 function makeLegend() {
-    const entries = [["#d55e00", "collides"], ["#2f86c1", "free"], ["#93a1b3", "other links"], ["#c8bfa6", "obstacles"]];
+    const entries = [[COLOURS.hit, "collides"], [COLOURS.free, "free"], [COLOURS.plain, "other links"], [COLOURS.obstacle, "obstacles"]];
     const swatch = ([colour, text]) => {
         const box = element("i");
-        box.style.background = colour;
+        box.style.background = `#${colour.toString(16).padStart(6, "0")}`;
         return element("span", {}, box, text);
     };
-    byId("legend").append(...entries.map(swatch));
+    byId("legend").replaceChildren(...entries.map(swatch));
 }
 
-// Which parts of the picture are shown.
-function makeLayers() {
-    const entries = { ghost: "query as a ghost", target: "exit as a ghost", obstacles: "obstacles", contacts: "contacts", grid: "grid" };
-    const boxes = {};
-    for (const [name, text] of Object.entries(entries)) {
-        const box = element("input", { type: "checkbox", checked: name !== "target" });
-        box.onchange = () => {
-            if (stage) stage.layers[name].visible = box.checked;
-            show();
-        };
-        boxes[name] = box;
-        byId("layers").append(element("label", {}, box, " " + text));
-    }
-    return boxes;
-}
-
-const layers = makeLayers();
-const controls = new Controls(DATA.answers, show, frameAll);
+const controls = new Controls(DATA.answers, { show, showChosen, onReset: turnBack });
 const player = new Player(controls, DATA.stream);
 document.title = `${DATA.title} \u2013 extricate`;
 byId("title").textContent = DATA.title;
@@ -138,11 +132,26 @@ byId("made").textContent = DATA.made;
 makeLegend();
 listOfWords();
 if (kinematicError(SCENE) > 1e-6) console.error("the page places links elsewhere than the library");
-if (stage) stage.resize();
-if (DATA.answers.length) {
-    frameAll(true);
-    controls.refresh();
+if (stage) {
+    makeTree(stage, show);
+    makeTools(controls, stage, turnBack);
+    followNames(stage);
+    stage.onDraw = makeScale(stage);
+    stage.resize();
 }
+if (DATA.answers.length) {
+    controls.refresh();
+    turnBack(true);
+    const isLinked = takeHash(controls, stage);
+    const isStill = DATA.stream || isLinked || matchMedia("(prefers-reduced-motion: reduce)").matches || !controls.shown.exits.length;
+    if (!isStill) controls.open();
+}
+DARKNESS.addEventListener("change", () => {
+    COLOURS = DARKNESS.matches ? DARK : LIGHT;
+    makeLegend();
+    if (stage) stage.repaint();
+    if (DATA.answers.length) show();
+});
 // For scripts that drive the page.
-window.extricate = { controls, player, stage, data: DATA, ready: performance.now() };
+window.extricate = { controls, player, stage, data: DATA, palettes: [LIGHT, DARK], ready: performance.now() };
 if (DATA.live && DATA.answers.length) startLive();

@@ -1,5 +1,12 @@
 // The panel: numbers of the answer and of its proof, and the joints. Every number has its full value in `data-value`.
 
+// Pairs of a list that are shown at first.
+const MOST_PAIRS = 3;
+// The unit after a distance of the metric. Radians and metres in one sum have none.
+const UNIT = SCENE.unit === "rad, m" ? "" : ` ${SCENE.unit}`;
+const UNIT_IN_WORDS = SCENE.unit !== "rad, m" ? SCENE.unit
+    : SCENE.factors.every(({ weight }) => weight === 1) ? "rad and m in one sum: 1 rad counts as 1 m" : "rad and m in one sum, weighted";
+
 function digits(x, count) {
     return Number.isFinite(x) ? String(Number(x.toPrecision(count || 4))) : "\u2013";
 }
@@ -23,11 +30,27 @@ function pairNames(shown, pairs) {
     return pairs.map(pair => shown.pairs[pair].map(body => SCENE.bodies[body].name));
 }
 
+// Pairs of bodies; a press lights one up in the picture.
 function pairList(key, shown, pairs) {
     const names = pairNames(shown, pairs);
-    const list = element("span", { "data-key": key, "data-value": JSON.stringify(names) });
+    const list = element("div", { "data-key": key, "data-value": JSON.stringify(names) });
     if (!names.length) list.append("nothing");
-    names.forEach((pair, at) => list.append(...(at ? [element("br")] : []), pair.join(" \u2013 ")));
+    const buttons = names.map((pair, at) => {
+        const button = element("button", { type: "button", className: "pair", title: "show this pair alone" }, pair.join(" \u2013 "));
+        button.setAttribute("aria-pressed", "false");
+        button.onclick = () => {
+            const isLit = button.getAttribute("aria-pressed") !== "true";
+            document.querySelectorAll(".pair").forEach(other => other.setAttribute("aria-pressed", String(isLit && other === button)));
+            light(isLit ? shown.pairs[pairs[at]] : null);
+        };
+        return button;
+    });
+    list.append(...buttons.slice(0, MOST_PAIRS));
+    if (buttons.length > MOST_PAIRS) {
+        const more = element("button", { type: "button", className: "pair" }, `and ${buttons.length - MOST_PAIRS} more`);
+        more.onclick = () => more.replaceWith(...buttons.slice(MOST_PAIRS));
+        list.append(more);
+    }
     return list;
 }
 
@@ -36,83 +59,79 @@ function namesOfCoordinates(coordinates) {
     return joints.map(joint => joint.name);
 }
 
-// What is asked first, for the exit that is chosen.
-function rowsOf(shown, chosen) {
+// What is asked first: what collides, where the nearest exit is, and how sure that is.
+function verdictOf(shown, chosen) {
     const { answer, exits } = shown;
-    const [exit, unit] = [exits[chosen], SCENE.unit];
-    const rows = [
-        ["depth", chosen ? number("exit_depth", exit.depth, `${digits(exit.depth)} ${unit}`)
-            : number("depth", answer.depth, `${digits(answer.depth)} ${unit}`)],
-        ["lower bound", number("lower_bound", answer.lower_bound, lowerBoundInWords(answer, unit))],
-    ];
-    if (!chosen) rows.push(["gap", number("gap", answer.gap, `${digits(100 * answer.gap, 3)} %`)]);
-    rows.push(
-        ["largest displacement",
-            number(chosen ? "exit_max_displacement" : "max_displacement", exit.max_displacement, lengthInWords(exit.max_displacement))],
+    const exit = exits[chosen];
+    const depth = number(chosen ? "exit_depth" : "depth", exit.depth, `${digits(exit.depth)}${UNIT}`);
+    const moved = number(chosen ? "exit_max_displacement" : "max_displacement", exit.max_displacement, lengthInWords(exit.max_displacement));
+    return [
         ["in collision", pairList("colliding", shown, answer.colliding)],
-        ["touching", pairList(chosen ? "exit_touching" : "touching", shown, exit.touching)]);
-    if (answer.outside.length) rows.push(["outside", namesOfCoordinates(answer.outside).join(", ")]);
-    return rows;
+        [chosen ? "exit" : "depth", [element("b", { className: "free" }, depth), ` to ${chosen ? "this" : "the nearest"} exit; no point moves more than `, moved,
+            ...(UNIT ? [] : [element("br"), element("small", {}, UNIT_IN_WORDS)])]],
+        ["lower bound", proofOf(answer)],
+    ];
+}
+
+// How much of the depth is proved, as a bar with its figure below.
+function proofOf(answer) {
+    const share = answer.depth > 0 ? Math.min(1, answer.lower_bound / answer.depth) : 0;
+    const bound = number("lower_bound", answer.lower_bound, `${digits(answer.lower_bound)}${UNIT}`);
+    if (answer.unproved) {
+        const why = { surfaces: "what collides are surfaces, which enclose nothing", shallow: "the overlap is too shallow" };
+        return [element("b", {}, bound), ` Nothing is proved: ${why[answer.unproved]}.`];
+    }
+    const [proved, open] = ["proved", "open"].map(name => element("i", { className: name }));
+    proved.style.width = `${100 * share}%`;
+    return [element("b", {}, bound), ": proved, nothing nearer is free", element("div", { id: "proof" }, proved, open),
+        element("small", {}, `${digits(100 * share, 3)} % of the depth is proved`)];
 }
 
 // What else is known of the answer.
-function moreRowsOf({ answer, seconds }) {
-    const unit = SCENE.unit;
-    const rows = [
+function moreRowsOf(shown, chosen) {
+    const { answer, exits, seconds } = shown;
+    const rows = [["touching", pairList(chosen ? "exit_touching" : "touching", shown, exits[chosen].touching)]];
+    if (answer.outside.length) rows.push(["outside", namesOfCoordinates(answer.outside).join(", ")]);
+    rows.push(
+        ["gap", number("gap", answer.gap, `${digits(100 * answer.gap, 3)} %`)],
         ["verified", number("verified", answer.verified, answer.verified ? "yes" : "when the model was learned")],
         ["clearance", number("clearance", answer.clearance, lengthInWords(answer.clearance))],
-        ["unique", number("unique", answer.unique, answer.unique ? "yes" : "no: another exit is about as near")],
-    ];
+        ["unique", number("unique", answer.unique, answer.unique ? "yes" : "no: another exit is about as near")]);
     if (answer.cut_short && answer.gap > 0.5) {
         rows.push(["cut short", number("cut_short", answer.cut_short, "a limit ended the search, and a nearer exit is not ruled out")]);
     }
     if (answer.free_radius !== null) {
-        rows.push(["free radius", number("free_radius", answer.free_radius, `${digits(answer.free_radius)} ${unit}`)]);
+        rows.push(["free radius", number("free_radius", answer.free_radius, `${digits(answer.free_radius)}${UNIT}`)]);
     }
     if (answer.unseen !== null) rows.push(["unseen", number("unseen", answer.unseen, digits(answer.unseen, 3))]);
     rows.push(["checks", number("checks", answer.checks, String(answer.checks))]);
     if (seconds !== null) rows.push(["time", number("seconds", seconds, timeInWords(seconds))]);
-    rows.push(["effort", number("effort", answer.effort, answer.effort)], ["metric", `${SCENE.metric} [${unit}]`]);
+    rows.push(["effort", number("effort", answer.effort, answer.effort)], ["metric", `${SCENE.metric}, in ${UNIT_IN_WORDS}`]);
     return rows;
 }
 
-function lowerBoundInWords(answer, unit) {
-    if (answer.unproved === "surfaces") return "0: what collides are surfaces, which enclose nothing";
-    if (answer.unproved === "shallow") return "0: the overlap is too shallow to prove anything";
-    return `${digits(answer.lower_bound)} ${unit}`;
-}
-
-function proofBar(answer) {
-    const share = answer.depth > 0 ? Math.min(1, answer.lower_bound / answer.depth) : 0;
-    const part = (name, width, text) => {
-        const made = element("i", { className: name, title: text }, text);
-        made.style.width = `${100 * width}%`;
-        return made;
-    };
-    return element("div", { id: "proof" },
-        part("proved", share, `nothing free: proved for ${digits(100 * share, 3)} %`),
-        part("open", 1 - share, share < 0.75 ? "not proved" : ""));
+function tableOf(rows, id) {
+    const row = ([name, value]) => element("tr", {}, element("td", {}, word(name, 2)), element("td", {}, ...[value].flat()));
+    return element("table", id ? { id } : {}, element("tbody", {}, ...rows.map(row)));
 }
 
 function showNumbers(shown, chosen) {
-    const host = byId("numbers");
+    const [host, more] = [byId("numbers"), byId("more")];
     const { answer, exits } = shown;
-    const row = ([name, value]) => element("tr", {}, element("td", {}, word(name, 2)), element("td", {}, value));
-    const table = rows => element("table", {}, element("tbody", {}, ...rows.map(row)));
+    more.hidden = !answer || !exits.length;
     if (shown.played) {
         const [heading, rows] = playedInWords(shown);
-        return host.replaceChildren(element("h2", {}, heading), table(rows), element("small", {}, "Press a word to read what it means."));
+        return host.replaceChildren(element("h2", {}, heading), tableOf(rows));
     }
     if (!answer) return host.replaceChildren(element("p", {}, "No free configuration was found."));
     if (!exits.length) {
-        return host.replaceChildren(element("p", {}, "This configuration is free: nothing collides, and the depth is ",
+        return host.replaceChildren(element("p", {}, element("b", {}, "This configuration is free"), ": nothing collides, and the depth is ",
             number("depth", answer.depth, "0"), "."));
     }
-    const bar = chosen ? [] : [element("small", {}, "From the query (left) to the nearest exit (right):"), proofBar(answer)];
-    const wasOpen = !!host.querySelector("details[open]");
-    host.replaceChildren(element("h2", {}, chosen ? `Exit ${chosen + 1}` : "The answer, and its proof"), ...bar,
-        table(rowsOf(shown, chosen)), element("small", {}, "Press a word to read what it means."),
-        element("details", { open: wasOpen }, element("summary", {}, "More numbers"), table(moreRowsOf(shown))));
+    host.replaceChildren(tableOf(verdictOf(shown, chosen), "verdict"));
+    const wasOpen = !!more.querySelector("details[open]");
+    more.replaceChildren(element("details", { open: wasOpen },
+        element("summary", {}, "More numbers"), tableOf(moreRowsOf(shown, chosen))));
 }
 
 // Angles of a joint in degrees as well; lengths in metres alone.
@@ -127,28 +146,54 @@ function nameOfCoordinate(at) {
     return joint.name + part;
 }
 
+// With a sign only if a digit other than 0 follows.
 function fixed(x, count) {
-    return (x < 0 ? "\u2212" : "") + Math.abs(x).toFixed(count);
+    const text = Math.abs(x).toFixed(count);
+    return (x < 0 && Number(text) ? "\u2212" : "") + text;
 }
 
-function jointRow(at, now, shown, chosen) {
+// Angles in degrees, lengths in metres.
+function inUnit(at, x) {
+    return isAngle(at) ? `${fixed(x * 180 / Math.PI, 1)}\u00b0` : fixed(x, 3);
+}
+
+// A name that may go on in another line after its parts.
+function breakable(name) {
+    return name.split(/(?<=[_/])/).flatMap(part => [part, element("wbr")]);
+}
+
+function cell(key) {
+    return element("td", { className: "n", "data-joint": key });
+}
+
+function fillCell(made, text, value) {
+    made.textContent = text;
+    made.title = made.dataset.value = String(value);
+}
+
+// The joints of a query and an exit; `showNow` fills in where the robot is.
+function showJoints(shown, chosen) {
     const exit = shown.exits[chosen];
-    const inUnit = x => (isAngle(at) ? `${fixed(x * 180 / Math.PI, 1)}\u00b0` : "");
-    const change = exit ? exit.witness[at] - shown.q[at] : 0;
-    const cell = (key, text, value) =>
-        element("td", { className: "n", title: String(value), "data-joint": key, "data-value": String(value) }, text);
-    return element("tr", {}, element("td", {}, nameOfCoordinate(at)),
-        cell("now", fixed(now[at], 4), now[at]), cell("degrees", inUnit(now[at]), now[at] * 180 / Math.PI),
-        cell("query", fixed(shown.q[at], 3), shown.q[at]),
-        cell("exit", exit ? fixed(exit.witness[at], 3) : "", exit ? exit.witness[at] : ""),
-        cell("change", exit ? inUnit(change) || fixed(change, 3) : "", change));
+    const ends = endsOf(shown, chosen);
+    const head = ["joint", "now", "", ...ends, "change"].map((name, at) => element("th", { className: at ? "n" : "" }, name));
+    const rows = shown.q.map((x, at) => {
+        const [now, degrees, query, end, change] = ["now", "degrees", "query", "exit", "change"].map(cell);
+        fillCell(query, fixed(x, 3), x);
+        if (exit) {
+            fillCell(end, fixed(exit.witness[at], 3), exit.witness[at]);
+            fillCell(change, inUnit(at, exit.witness[at] - x), exit.witness[at] - x);
+        }
+        return element("tr", {}, element("td", {}, ...breakable(nameOfCoordinate(at))), now, degrees, query, end, change);
+    });
+    byId("joints").replaceChildren(element("h2", {}, "Joints, in rad and degrees, or m"),
+        element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)),
+        ...(exit ? [copyButtons(ends[1], exit.witness)] : []));
 }
 
-function showJoints(shown, chosen, now) {
-    const ends = shown.played ? endsOf(shown, chosen) : ["query", "exit"];
-    const heads = ["joint", "now", "", ...ends, "change"];
-    const head = element("tr", {}, ...heads.map((name, at) => element("th", { className: at ? "n" : "" }, name)));
-    const rows = now.map((_, at) => jointRow(at, now, shown, chosen));
-    byId("joints").replaceChildren(element("h2", {}, "Joints, in rad and degrees, or m"),
-        element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows)));
+function showNow(now) {
+    const [radians, degrees] = ["now", "degrees"].map(key => document.querySelectorAll(`#joints [data-joint=${key}]`));
+    now.forEach((x, at) => {
+        fillCell(radians[at], fixed(x, 4), x);
+        fillCell(degrees[at], isAngle(at) ? inUnit(at, x) : "", x * 180 / Math.PI);
+    });
 }

@@ -93,7 +93,7 @@ function rowsOfPath(path, exit) {
     const unknown = segments - path.free_segments - path.colliding_segments;
     const rows = [
         ["waypoints", number("waypoints", path.waypoints, String(path.waypoints))],
-        ["length", number("length", path.length, `${digits(path.length)} ${SCENE.unit}`)],
+        ["length", number("length", path.length, `${digits(path.length)}${UNIT}`)],
         ["largest displacement", number("max_displacement", exit.max_displacement, lengthInWords(exit.max_displacement))],
         ["proved free", number("free_segments", path.free_segments, `${path.free_segments} of ${segments} segments`)],
         ["in collision", number("colliding_segments", path.colliding_segments, `${path.colliding_segments} of ${segments} segments`)],
@@ -110,7 +110,7 @@ function rowsOfGrasp(grasp, exit) {
     const list = (key, links) => element("span", { "data-key": key, "data-value": JSON.stringify(links) }, names(links));
     const yes = is => (is ? "yes" : "no");
     const rows = [
-        ["moved", number("moved", grasp.moved, `${digits(grasp.moved)} ${SCENE.unit}`)],
+        ["moved", number("moved", grasp.moved, `${digits(grasp.moved)}${UNIT}`)],
         ["largest displacement", number("max_displacement", exit.max_displacement, lengthInWords(exit.max_displacement))],
         ["depth before", number("depth_before", grasp.depth_before, lengthInWords(grasp.depth_before))],
         ["verified", number("verified", grasp.verified, yes(grasp.verified))],

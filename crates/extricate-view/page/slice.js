@@ -1,14 +1,20 @@
 // The slice: the plane through the query and its exits.
 
-const SLICE_COLOURS = { f: [240, 246, 252], c: [240, 190, 155], o: [205, 209, 216] };
+// Of free cells, of those that collide, of those beyond the limits; ink and paper of lines and labels.
+const SLICE_LIGHT = { f: [240, 246, 252], c: [240, 190, 155], o: [205, 209, 216], ink: "#1b2430", paper: "#ffffff", exit: "#00659e", other: "#55606e" };
+const SLICE_DARK = { f: [38, 50, 64], c: [122, 62, 22], o: [78, 84, 93], ink: "#e6eaf0", paper: "#12161c", exit: "#6cbcf0", other: "#a3adba" };
+
+function sliceColours() {
+    return DARKNESS.matches ? SLICE_DARK : SLICE_LIGHT;
+}
 
 function cellsOf({ states, cells }) {
-    const image = new ImageData(cells, cells);
+    const [image, colours] = [new ImageData(cells, cells), sliceColours()];
     let at = 0;
     for (const [, state, count] of states.matchAll(/([fco])(\d*)/g)) {
         for (let k = Number(count || 1); k > 0; k--, at++) {
             const row = cells - 1 - Math.floor(at / cells);
-            image.data.set([...SLICE_COLOURS[state], 255], 4 * (row * cells + at % cells));
+            image.data.set([...colours[state], 255], 4 * (row * cells + at % cells));
         }
     }
     return image;
@@ -29,7 +35,7 @@ function drawRing(context, points, at, dash, width) {
     context.closePath();
     context.setLineDash(dash);
     context.lineWidth = width;
-    context.strokeStyle = "#1b2430";
+    context.strokeStyle = sliceColours().ink;
     context.stroke();
     context.setLineDash([]);
 }
@@ -37,7 +43,7 @@ function drawRing(context, points, at, dash, width) {
 function label(context, text, [x, y], ink) {
     context.font = `600 ${context.canvas.width / 26}px system-ui, sans-serif`;
     context.lineWidth = 4;
-    context.strokeStyle = "#ffffff";
+    context.strokeStyle = sliceColours().paper;
     context.strokeText(text, x, y);
     context.fillStyle = ink;
     context.fillText(text, x, y);
@@ -53,9 +59,9 @@ function drawScale(context, slice, size, unit) {
     const length = niceLength(0.6 * slice.half);
     const pixels = length / slice.half * size / 2;
     const y = size * 0.955;
-    context.fillStyle = "#1b2430";
+    context.fillStyle = sliceColours().ink;
     context.fillRect(size * 0.04, y, pixels, 3);
-    label(context, `${length} ${unit}`, [size * 0.04, y - 8], "#1b2430");
+    label(context, `${length}${unit}`, [size * 0.04, y - 8], sliceColours().ink);
 }
 
 // Draws the slice of `answer`, with a point at `fraction` of the exit `chosen`.
@@ -70,7 +76,7 @@ function drawSlice(canvas, slice, chosen, fraction, unit) {
     slice.exits.forEach((exit, k) => {
         if (k >= slice.in_plane && k !== chosen) return;
         const [isChosen, end] = [k === chosen, at(exit)];
-        context.strokeStyle = context.fillStyle = isChosen ? "#00659e" : "#55606e";
+        context.strokeStyle = context.fillStyle = isChosen ? sliceColours().exit : sliceColours().other;
         context.lineWidth = isChosen ? 3 : 1.5;
         context.setLineDash(k < slice.in_plane ? [] : [3, 6]);
         context.beginPath();
@@ -88,10 +94,10 @@ function drawSlice(canvas, slice, chosen, fraction, unit) {
     const point = at(slice.exits[chosen].map(x => x * fraction));
     context.beginPath();
     context.arc(...point, size / 60, 0, 7);
-    context.fillStyle = "#000000";
+    context.fillStyle = sliceColours().ink;
     context.fill();
     context.lineWidth = 3;
-    context.strokeStyle = "#ffffff";
+    context.strokeStyle = sliceColours().paper;
     context.stroke();
     drawScale(context, slice, size, unit);
 }
@@ -104,7 +110,7 @@ function captionOf(slice, chosen, hasProof) {
     const seen = chosen < slice.in_plane ? "" : ` Exit ${chosen + 1} lies outside of it, and is shown as seen from above.`;
     const ring = hasProof
         ? " Inside the solid line nothing is free: proved." : " Nothing is proved here.";
-    return `${plane} Each of its ${slice.cells} \u00d7 ${slice.cells} cells was checked exactly: light is free, orange collides, `
-        + `grey is outside the limits. Square: the query. Black dot: where the slider is.${ring} `
+    return `${plane} Each of its ${slice.cells} \u00d7 ${slice.cells} cells was checked exactly: orange collides, `
+        + `grey is outside the limits, the rest is free. Square: the query. Dot: where the slider is.${ring} `
         + `Dashed line: as far as exit 1.${seen}`;
 }

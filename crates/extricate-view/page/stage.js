@@ -1,18 +1,30 @@
 // The picture: bodies, ghosts and contacts. What is shown where is decided by others.
 
-const COLOURS = {
+const LIGHT = {
     hit: 0xd55e00, free: 0x2f86c1, plain: 0x93a1b3, obstacle: 0xc8bfa6, edge: 0x5d5745, ghost: 0x7d8794, contact: 0x111111,
+    back: 0xeef1f5, grid: 0xd8dde4, middle: 0xb9c1cc,
 };
+const DARK = {
+    hit: 0xe8690a, free: 0x3d97d3, plain: 0x9aa8bb, obstacle: 0x857d66, edge: 0xb9b094, ghost: 0x8b95a3, contact: 0xffffff,
+    back: 0x12161c, grid: 0x262d37, middle: 0x3a4452,
+};
+const DARKNESS = matchMedia("(prefers-color-scheme: dark)");
+let COLOURS = DARKNESS.matches ? DARK : LIGHT;
+
+// Points and voxels of a body above which each is one square, not a solid.
+const MOST_SOLIDS = 4000;
 
 function bytesOf(text) {
     return Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
 }
 
+function inBox(text, low, side) {
+    return Float32Array.from(new Uint16Array(bytesOf(text)), (x, at) => low[at % 3] + side[at % 3] * x / 65535);
+}
+
 function geometryOf({ low, side, vertices, triangles, wide }) {
-    const numbers = new Uint16Array(bytesOf(vertices));
-    const positions = Float32Array.from(numbers, (x, at) => low[at % 3] + side[at % 3] * x / 65535);
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+    geometry.setAttribute("position", new THREE.BufferAttribute(inBox(vertices, low, side), 3));
     const corners = bytesOf(triangles);
     geometry.setIndex(new THREE.BufferAttribute(wide ? new Uint32Array(corners) : new Uint16Array(corners), 1));
     return geometry;
@@ -24,6 +36,30 @@ function material(colour, opacity) {
     });
 }
 
+// Points or voxels: solids, or squares if they are many.
+function cloudOf({ pose, low, side, centres, size, cubes }) {
+    const places = inBox(centres, low, side);
+    const count = places.length / 3;
+    const width = size || 0.004;
+    let cloud;
+    if (count > MOST_SOLIDS) {
+        const geometry = new THREE.BufferGeometry();
+        geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
+        // Shades set neighbours apart.
+        const shades = Float32Array.from({ length: 3 * count }, (_, at) => 0.7 + 0.3 * ((Math.floor(at / 3) * 0.618) % 1));
+        geometry.setAttribute("color", new THREE.BufferAttribute(shades, 3));
+        cloud = new THREE.Points(geometry, new THREE.PointsMaterial({ color: COLOURS.obstacle, size: width, vertexColors: true }));
+    } else {
+        const shape = cubes ? new THREE.BoxGeometry(width, width, width) : new THREE.SphereGeometry(width / 2, 6, 4);
+        cloud = new THREE.InstancedMesh(shape, material(COLOURS.obstacle, 1), count);
+        const matrix = new THREE.Matrix4();
+        for (let at = 0; at < count; at++) cloud.setMatrixAt(at, matrix.makeTranslation(...places.subarray(3 * at, 3 * at + 3)));
+    }
+    cloud.matrixAutoUpdate = false;
+    setPose(cloud, pose);
+    return cloud;
+}
+
 function setPose(object, pose) {
     const [a, b, c, d, e, f, g, h, i, x, y, z] = pose;
     object.matrix.set(a, d, g, x, b, e, h, y, c, f, i, z, 0, 0, 0, 1);
@@ -32,16 +68,19 @@ function setPose(object, pose) {
 
 class Stage {
     constructor(host, scene) {
-        this.host = host;
-        this.scene = scene;
+        Object.assign(this, { host, scene, hidden: new Set(), lit: null, radius: 1, onDraw: () => {} });
         this.world = new THREE.Scene();
-        this.world.background = new THREE.Color(0xeef1f5);
+        this.world.background = new THREE.Color(COLOURS.back);
         this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
         this.camera.up.set(0, 0, 1);
         this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
         this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-        host.append(this.renderer.domElement);
-        this.orbit = new THREE.OrbitControls(this.camera, this.renderer.domElement);
+        const picture = this.renderer.domElement;
+        host.append(picture);
+        picture.tabIndex = 0;
+        picture.setAttribute("aria-label", "Picture. Drag to turn, scroll or pinch to zoom; or use the arrow keys, + and \u2212");
+        picture.addEventListener("keydown", event => this.key(event));
+        this.orbit = new THREE.OrbitControls(this.camera, picture);
         this.orbit.addEventListener("change", () => this.render());
         // Whoever has turned the picture keeps it as it is.
         this.orbit.addEventListener("start", () => { this.isTurned = true; });
@@ -49,77 +88,124 @@ class Stage {
         sun.position.set(0.5, -0.6, 1.4);
         this.world.add(new THREE.HemisphereLight(0xffffff, 0x9aa3b0, 1.9), sun);
         this.layers = {};
-        for (const name of ["solid", "ghost", "target", "obstacles", "contacts", "grid"]) {
+        for (const name of ["solid", "obstacles", "ghost", "target", "contacts", "grid"]) {
             this.layers[name] = new THREE.Group();
             this.world.add(this.layers[name]);
         }
-        this.layers.target.visible = false;
         this.bodies = scene.bodies.map((body, at) => this.makeBody(body, at));
         new ResizeObserver(() => this.resize()).observe(host);
     }
 
     makeBody(body, at) {
-        if (!body.surface) return null;
-        const geometry = geometryOf(body.surface);
-        const moves = body.frame !== 0 || body.link;
-        const made = { at, body, geometry, moves };
-        const add = (layer, colour, opacity) => {
-            const mesh = new THREE.Mesh(geometry, material(colour, opacity));
-            mesh.matrixAutoUpdate = false;
-            mesh.userData.body = at;
-            layer.add(mesh);
-            return mesh;
+        if (!body.surface && !body.clouds) return null;
+        const made = { at, body, moves: body.frame !== 0 || body.link };
+        made.geometry = body.surface ? geometryOf(body.surface) : null;
+        const add = (layer, ...parts) => {
+            const group = new THREE.Group();
+            group.matrixAutoUpdate = false;
+            for (const part of parts) part.userData.body = at;
+            group.add(...parts);
+            this.layers[layer].add(group);
+            return group;
         };
-        if (moves) {
-            made.solid = add(this.layers.solid, COLOURS.plain, 1);
-            made.ghost = add(this.layers.ghost, COLOURS.ghost, 0.2);
-            made.target = add(this.layers.target, COLOURS.free, 0.2);
-        } else {
-            made.solid = add(this.layers.obstacles, COLOURS.obstacle, 0.42);
-            const edges = new THREE.EdgesGeometry(geometry, 30);
-            made.edges = new THREE.LineSegments(edges, new THREE.LineBasicMaterial({ color: COLOURS.edge }));
-            made.edges.matrixAutoUpdate = false;
-            this.layers.obstacles.add(made.edges);
+        // After obstacles, which write no depth: a ghost in one is still seen.
+        const ghost = colour => Object.assign(new THREE.Mesh(made.geometry, material(colour, 0.28)), { renderOrder: 1 });
+        if (made.moves && made.geometry) {
+            made.mesh = new THREE.Mesh(made.geometry, material(COLOURS.plain, 1));
+            made.geometry.computeBoundingSphere();
+            made.reach = made.geometry.boundingSphere.radius + made.geometry.boundingSphere.center.length();
+            made.solid = add("solid", made.mesh);
+            for (const name of ["ghost", "target"]) {
+                made[name] = add(name, ghost(name === "ghost" ? COLOURS.ghost : COLOURS.free));
+                // The robot wins where both have the same surface.
+                Object.assign(made[name].children[0].material,
+                    { depthWrite: true, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 });
+            }
+            return made;
         }
+        const parts = (body.clouds || []).map(cloudOf);
+        made.clouds = parts.slice();
+        if (made.geometry) {
+            made.mesh = new THREE.Mesh(made.geometry, material(COLOURS.obstacle, 0.42));
+            made.edges = new THREE.LineSegments(
+                new THREE.EdgesGeometry(made.geometry, 30), new THREE.LineBasicMaterial({ color: COLOURS.edge }));
+            parts.push(made.mesh, made.edges);
+        }
+        made.solid = add("obstacles", ...parts);
+        made.moves = false;
         return made;
+    }
+
+    // Puts a body in the place of another, or none.
+    replace(at, body) {
+        const made = this.bodies[at];
+        if (made) made.solid.removeFromParent();
+        this.bodies[at] = body ? this.makeBody(body, at) : null;
     }
 
     // Bodies at these poses of frames, in one of the layers `solid`, `ghost` and `target`.
     place(layer, poses) {
         for (const made of this.bodies) {
-            if (made && made.moves) setPose(made[layer], poses[made.body.frame]);
+            if (!made || !made.moves) continue;
+            setPose(made[layer], poses[made.body.frame]);
+            if (layer === "solid") continue;
+            // A ghost in about the place of the robot only flickers.
+            const [own, other] = [made[layer].matrix.elements, made.solid.matrix.elements];
+            const moved = own.reduce((most, x, k) => Math.max(most, Math.abs(x - other[k]) * (k < 12 ? made.reach : 1)), 0);
+            made[layer].visible = !this.hidden.has(made.at) && moved > 0.005 * this.radius;
         }
         this.render();
     }
 
-    // Colours of the solid robot: what collides, and whether nothing does. Of obstacles the edges change, so that links
-    // that are inside of them stand out.
+    // Colours of the robot: what collides, and whether nothing does. The edges of obstacles change, so that links inside of
+    // them stand out. If some bodies are lit, the others fade.
     colour(hit, isFree) {
         for (const made of this.bodies) {
             if (!made) continue;
-            const isHit = hit.has(made.at);
-            if (made.moves) made.solid.material.color.set(isHit ? COLOURS.hit : isFree ? COLOURS.free : COLOURS.plain);
-            else made.edges.material.color.set(isHit ? COLOURS.hit : COLOURS.edge);
+            const [isHit, isDim] = [hit.has(made.at), this.lit && !this.lit.has(made.at)];
+            made.solid.visible = !this.hidden.has(made.at);
+            if (made.moves) {
+                const look = made.mesh.material;
+                look.color.set(isHit ? COLOURS.hit : isFree ? COLOURS.free : COLOURS.plain);
+                look.opacity = isDim ? 0.12 : 1;
+                look.transparent = isDim;
+                look.depthWrite = !isDim;
+                continue;
+            }
+            // A cloud that collides in one place keeps its colour, unless its pair is lit.
+            for (const cloud of made.clouds) {
+                cloud.material.color.set(isHit && this.lit ? COLOURS.hit : COLOURS.obstacle);
+                cloud.visible = !isDim;
+            }
+            if (!made.mesh) continue;
+            made.mesh.material.color.set(COLOURS.obstacle);
+            made.mesh.material.opacity = isDim ? 0.1 : this.lit ? 0.65 : 0.42;
+            made.edges.material.color.set(isHit ? COLOURS.hit : COLOURS.edge);
+            made.edges.visible = !isDim;
         }
     }
 
-    colourGhost(hit) {
+    colourGhosts(hit) {
         for (const made of this.bodies) {
-            if (!made || !made.ghost) continue;
+            if (!made || !made.moves) continue;
+            const [ghost, target] = [made.ghost, made.target].map(group => group.children[0].material);
             const isHit = hit.has(made.at);
-            made.ghost.material.color.set(isHit ? COLOURS.hit : COLOURS.ghost);
-            made.ghost.material.opacity = isHit ? 0.38 : 0.2;
+            ghost.color.set(isHit ? COLOURS.hit : COLOURS.ghost);
+            ghost.opacity = isHit ? 0.5 : 0.22;
+            target.color.set(COLOURS.free);
         }
     }
 
     // A point and an arrow for each contact, along which its first body parts from its second.
     showContacts(contacts) {
+        if (contacts === this.contacts) return;
+        this.contacts = contacts;
         this.layers.contacts.clear();
         const size = 0.16 * this.radius;
         for (const { point_second: from, normal } of contacts) {
             const arrow = new THREE.ArrowHelper(
                 new THREE.Vector3(...normal), new THREE.Vector3(...from), size, COLOURS.contact, 0.3 * size, 0.16 * size);
-            const ball = new THREE.Mesh(new THREE.SphereGeometry(0.09 * size, 12, 8), material(COLOURS.contact, 1));
+            const ball = new THREE.Mesh(new THREE.SphereGeometry(0.07 * size, 12, 8), material(COLOURS.contact, 1));
             ball.position.set(...from);
             for (const part of [arrow.line, arrow.cone, ball]) {
                 // After what is translucent, and through everything: contacts are mostly hidden between two bodies.
@@ -130,67 +216,32 @@ class Stage {
         }
     }
 
-    // Corners of the box around what moves, and around its obstacles where they are near.
-    corners(places) {
-        const box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
-        for (const poses of places) {
-            for (const { geometry, body } of this.bodies.filter(made => made && made.moves)) {
-                const [positions, pose] = [geometry.attributes.position.array, poses[body.frame]];
-                const step = 3 * Math.ceil(positions.length / 3000);
-                for (let at = 0; at < positions.length; at += step) {
-                    for (let k = 0; k < 3; k++) {
-                        const x = pose[k] * positions[at] + pose[3 + k] * positions[at + 1]
-                            + pose[6 + k] * positions[at + 2] + pose[9 + k];
-                        box.low[k] = Math.min(box.low[k], x);
-                        box.high[k] = Math.max(box.high[k], x);
-                    }
-                }
-            }
-        }
-        return box.low[0] <= box.high[0] ? box : { low: [-0.5, -0.5, 0], high: [0.5, 0.5, 1] };
-    }
-
-    // Looks at what moves from the side and from behind, so that it stands before what it hits.
-    frameAll(places, hitAt) {
-        const { low, high } = this.corners(places);
-        const centre = low.map((x, k) => (x + high[k]) / 2);
-        this.radius = Math.max(1e-3, Math.hypot(...high.map((x, k) => x - low[k])) / 2);
-        const toward = hitAt ? Math.atan2(hitAt[1] - centre[1], hitAt[0] - centre[0]) : 0;
-        const azimuth = toward + 2.2;
-        const half = this.camera.fov * Math.PI / 360;
-        const narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
-        const distance = 1.02 * this.radius / Math.sin(narrow);
-        const [up, out] = [Math.sin(0.42), Math.cos(0.42)];
-        this.camera.position.set(
-            centre[0] + distance * out * Math.cos(azimuth), centre[1] + distance * out * Math.sin(azimuth), centre[2] + distance * up);
-        this.camera.near = distance / 200;
-        this.camera.far = distance * 40;
-        this.camera.updateProjectionMatrix();
-        this.orbit.target.set(...centre);
-        this.orbit.update();
-        this.drawGrid(low[2]);
-        this.render();
-    }
-
     // Squares of a tenth of a metre, or of another power of ten, below what moves.
     drawGrid(height) {
         this.layers.grid.clear();
         const cell = 10 ** Math.round(Math.log10(this.radius / 6));
         const count = 2 * Math.ceil(2.2 * this.radius / cell);
-        const grid = new THREE.GridHelper(cell * count, count, 0xb9c1cc, 0xd8dde4);
+        const grid = new THREE.GridHelper(cell * count, count, COLOURS.middle, COLOURS.grid);
         grid.rotation.x = Math.PI / 2;
         grid.position.set(this.orbit.target.x, this.orbit.target.y, Math.min(0, height) - 1e-3 * this.radius);
         grid.position.x -= grid.position.x % cell;
         grid.position.y -= grid.position.y % cell;
         this.layers.grid.add(grid);
-        this.cell = cell;
+        Object.assign(this, { cell, height });
+    }
+
+    // In the colours of the day or of the night. Bodies take theirs when they are coloured next.
+    repaint() {
+        this.world.background.set(COLOURS.back);
+        this.drawGrid(this.height);
+        this.contacts = null;
     }
 
     // Puts an obstacle away from where the scene has it, by a vector [m].
     shift(body, by) {
         const made = this.bodies[body];
         if (!made) return;
-        for (const part of [made.solid, made.edges]) setPose(part, [...IDENTITY.slice(0, 9), ...by]);
+        setPose(made.solid, [...IDENTITY.slice(0, 9), ...by]);
         this.render();
     }
 
@@ -199,17 +250,17 @@ class Stage {
         const place = new THREE.Vector2(
             2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
         const ray = new THREE.Raycaster();
+        ray.params.Points.threshold = 0.01 * this.radius;
         ray.setFromCamera(place, this.camera);
         return ray;
     }
 
-    // The obstacle under the pointer, where no link is before it.
-    obstacleAt(event) {
-        if (!this.layers.obstacles.visible) return null;
-        const meshes = this.bodies.filter(made => made && made.solid).map(made => made.solid);
-        const [hit] = this.rayOf(event).intersectObjects(meshes, false);
-        if (!hit || this.bodies[hit.object.userData.body].moves) return null;
-        return { body: hit.object.userData.body, point: hit.point.toArray() };
+    // The first body under the pointer that is shown, and where.
+    bodyAt(event) {
+        const isShown = made => made && made.solid.visible && made.solid.parent.visible;
+        const parts = this.bodies.filter(isShown).flatMap(made => made.solid.children.filter(part => part !== made.edges));
+        const [hit] = this.rayOf(event).intersectObjects(parts, false);
+        return hit ? { body: hit.object.userData.body, point: hit.point.toArray() } : null;
     }
 
     // Where the pointer is in the level plane through a point, or in the upright one that faces the camera.
@@ -218,6 +269,31 @@ class Stage {
         const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...point));
         const found = this.rayOf(event).ray.intersectPlane(plane, new THREE.Vector3());
         return found ? found.toArray() : null;
+    }
+
+    // Turns and zooms by keys, if the picture has the focus.
+    key(event) {
+        const [turn, zoom] = [0.12, 1.1];
+        const steps = {
+            ArrowLeft: [-turn, 0, 1], ArrowRight: [turn, 0, 1], ArrowUp: [0, turn, 1], ArrowDown: [0, -turn, 1],
+            "+": [0, 0, 1 / zoom], "-": [0, 0, zoom],
+        };
+        const step = steps[event.key];
+        if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
+        event.preventDefault();
+        event.stopPropagation();
+        const away = this.camera.position.clone().sub(this.orbit.target);
+        const azimuth = Math.atan2(away.y, away.x) + step[0];
+        const elevation = Math.max(-1.5, Math.min(1.5, Math.asin(away.z / away.length()) + step[1]));
+        this.isTurned = true;
+        this.lookFrom(azimuth, elevation, away.length() * step[2]);
+    }
+
+    lookFrom(azimuth, elevation, distance) {
+        const [up, out] = [Math.sin(elevation), Math.cos(elevation)];
+        this.camera.position.set(out * Math.cos(azimuth), out * Math.sin(azimuth), up).multiplyScalar(distance).add(this.orbit.target);
+        this.orbit.update();
+        this.render();
     }
 
     resize() {
@@ -244,5 +320,6 @@ class Stage {
     draw() {
         this.due = false;
         this.renderer.render(this.world, this.camera);
+        this.onDraw();
     }
 }

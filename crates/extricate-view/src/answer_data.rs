@@ -8,6 +8,7 @@ use extricate::{
 use serde::Serialize;
 
 use crate::played::{Played, Waypoint, leg};
+use crate::scene_data::BodyData;
 use crate::slice::{Slice, slice};
 
 /// Parts of the straight segment to an exit; the checker evaluates both ends and every percent
@@ -23,11 +24,13 @@ const MAX_CONTACTS: usize = 64;
 pub struct Detail {
     /// Cells along each side of a slice; 0 for no slice.
     pub slice_cells: usize,
+    /// Whether the nearest distance of any checked pair is measured along every exit.
+    pub distances: bool,
 }
 
 impl Default for Detail {
     fn default() -> Self {
-        Self { slice_cells: 112 }
+        Self { slice_cells: 112, distances: true }
     }
 }
 
@@ -47,6 +50,8 @@ pub struct AnswerData {
     answer: Option<Answer>,
     /// Time of the library call \[s\], if it was measured.
     seconds: Option<f64>,
+    /// A contact of pairs that collide at the query.
+    contacts: Vec<Contact>,
     /// The witness, then other distinct exits; empty if the query is free.
     exits: Vec<ExitData>,
     /// Bodies of every pair that is mentioned.
@@ -55,6 +60,9 @@ pub struct AnswerData {
     /// A path or a grasp that is played back in place of an answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     played: Option<Played>,
+    /// The object of a grasp, which is the body after those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) object: Option<BodyData>,
 }
 
 #[derive(Debug, Serialize)]
@@ -69,6 +77,10 @@ pub(crate) struct ExitData {
     touching: Vec<PairId>,
     contacts: Vec<Contact>,
     stretches: Vec<Stretch>,
+    /// The least signed distance \[m\] of any checked pair at every percent of the way; negative
+    /// if bodies overlap. Empty if it was not measured.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    distances: Vec<f32>,
 }
 
 /// Pairs that collide from a percent of the straight segment on, until the next stretch.
@@ -90,7 +102,9 @@ impl<'a> Inspector<'a> {
     /// library call.
     pub fn answer_data(&mut self, q: &Config, answer: Option<Answer>, seconds: Option<f64>) -> AnswerData {
         let exits = answer.as_ref().map_or(Vec::new(), |answer| self.exits(q, answer));
+        let contacts = if exits.is_empty() { Vec::new() } else { self.contacts_at_query(q) };
         let mut named: Vec<PairId> = exits.iter().flat_map(ExitData::pairs).collect();
+        named.extend(contacts.iter().map(|contact| contact.pair));
         named.extend(answer.iter().flat_map(|a| a.colliding.iter().chain(&a.touching)));
         let pairs = named.iter().map(|pair| self.bodies(*pair)).collect();
         let slice = answer.as_ref().filter(|_| self.detail.slice_cells > 0).and_then(|answer| {
@@ -98,7 +112,11 @@ impl<'a> Inspector<'a> {
             let radii = [answer.lower_bound, answer.depth];
             slice(self.solver, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
         });
-        AnswerData { q: q.to_vec(), answer, seconds, exits, pairs, slice, played: None }
+        AnswerData { q: q.to_vec(), answer, seconds, contacts, exits, pairs, slice, played: None, object: None }
+    }
+
+    pub(crate) fn detail(&self) -> Detail {
+        self.detail
     }
 
     pub(crate) fn solver(&self) -> &'a Solver {
@@ -106,10 +124,22 @@ impl<'a> Inspector<'a> {
     }
 
     /// Returns the page's data of something other than an answer, which leads from `q` to an exit.
-    pub(crate) fn played_data(&self, q: &Config, exit: ExitData, played: Played) -> AnswerData {
-        let pairs = exit.pairs().map(|pair| self.bodies(pair)).collect();
+    pub(crate) fn played_data(&mut self, q: &Config, exit: ExitData, played: Played) -> AnswerData {
+        let contacts = self.contacts_at_query(q);
+        let named = exit.pairs().chain(contacts.iter().map(|contact| contact.pair));
+        let pairs = named.map(|pair| self.bodies(pair)).collect();
         let (q, exits) = (q.to_vec(), vec![exit]);
-        AnswerData { q, answer: None, seconds: None, exits, pairs, slice: None, played: Some(played) }
+        AnswerData {
+            q,
+            answer: None,
+            seconds: None,
+            contacts,
+            exits,
+            pairs,
+            slice: None,
+            played: Some(played),
+            object: None,
+        }
     }
 
     /// Returns the page's data of an exit that no query found. Contacts within `reach` \[m\] count
@@ -124,12 +154,12 @@ impl<'a> Inspector<'a> {
     ) -> ExitData {
         let ends = way.iter().map(|point| &point.q).chain([&witness]);
         let max_displacement = ends.map(|end| self.moved(q, end)).fold(0.0, f64::max);
-        let stretches = self.stretches(q, &way, &witness);
+        let (stretches, distances) = self.course(q, &way, &witness);
         let clearance = self.solver.scene().clearance();
         let mut contacts = reach.map_or(Vec::new(), |reach| self.contacts(&witness, clearance.max(reach)));
         contacts.truncate(MAX_CONTACTS);
         let touching = contacts.iter().map(|contact| contact.pair).collect();
-        ExitData { depth, way, witness, max_displacement, touching, contacts, stretches }
+        ExitData { depth, way, witness, max_displacement, touching, contacts, stretches, distances }
     }
 
     /// Returns the index and the bodies of a pair.
@@ -154,14 +184,18 @@ impl<'a> Inspector<'a> {
         if all.is_empty() {
             all.push((answer.depth, &answer.witness, &answer.touching));
         }
-        let of_exit = |(depth, witness, touching): (f64, &Config, &[PairId])| ExitData {
-            depth,
-            way: Vec::new(),
-            witness: witness.to_vec(),
-            max_displacement: self.moved(q, witness),
-            touching: touching.to_vec(),
-            contacts: self.contacts(witness, answer.clearance),
-            stretches: self.stretches(q, &[], witness),
+        let of_exit = |(depth, witness, touching): (f64, &Config, &[PairId])| {
+            let (stretches, distances) = self.course(q, &[], witness);
+            ExitData {
+                depth,
+                way: Vec::new(),
+                witness: witness.to_vec(),
+                max_displacement: self.moved(q, witness),
+                touching: touching.to_vec(),
+                contacts: self.contacts(witness, answer.clearance),
+                stretches,
+                distances,
+            }
         };
         let mut exits: Vec<ExitData> = all.into_iter().take(MAX_EXITS).map(of_exit).collect();
         if let Some(nearest) = exits.first_mut() {
@@ -177,9 +211,30 @@ impl<'a> Inspector<'a> {
         contacts
     }
 
-    fn stretches(&self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> Vec<Stretch> {
+    /// Returns a contact of every pair that collides at the query: the one whose distance is
+    /// nearest to that of the pair. Shapes that overlap also have contacts along longer ways apart;
+    /// those that are twice as deep as the pair are left out.
+    fn contacts_at_query(&mut self, q: &[f64]) -> Vec<Contact> {
+        let colliding = self.solver.colliding_pairs(q);
+        if colliding.is_empty() {
+            return Vec::new();
+        }
+        let distances = self.solver.pair_distances(q);
+        let all = self.contacts(q, self.solver.scene().clearance());
+        let off = |contact: &Contact| (contact.distance - distances[contact.pair.index()]).abs();
+        let of_pair = |pair: &PairId| {
+            let depth = distances[pair.index()].abs();
+            let own = all.iter().filter(|contact| contact.pair == *pair && off(contact) <= depth + TOUCHING);
+            own.min_by(|a, b| off(a).total_cmp(&off(b))).cloned()
+        };
+        colliding.iter().filter_map(of_pair).take(MAX_CONTACTS).collect()
+    }
+
+    /// Returns what collides along the way, and the nearest distances at every percent of it.
+    fn course(&self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> (Vec<Stretch>, Vec<f32>) {
         let space = self.solver.scene().space();
         let (mut at, mut stretches) = (vec![0.0; q.len()], Vec::<Stretch>::new());
+        let mut distances = Vec::new();
         for step in 0..=SEGMENT_STEPS {
             let (from, to, share) = leg(q, way, witness, step as f64 / SEGMENT_STEPS as f64);
             between(space, from, to, share, &mut at);
@@ -188,8 +243,11 @@ impl<'a> Inspector<'a> {
             if stretches.last().is_none_or(|last| (&last.pairs, last.outside) != (&pairs, outside)) {
                 stretches.push(Stretch { from: step, pairs, outside });
             }
+            if self.detail.distances {
+                distances.push(self.solver.distance(&at) as f32);
+            }
         }
-        stretches
+        (stretches, distances)
     }
 }
 
@@ -224,7 +282,11 @@ mod tests {
         let mut q = drawn.unwrap().remove(0);
         *q.last_mut().unwrap() += by;
         let q = solver.scene().space().config_anywhere(&q).unwrap();
-        let data = Inspector::new(&solver, Detail { slice_cells: 24 }).answer_data(&q, solver.query(&q), Some(1e-3));
+        let data = Inspector::new(&solver, Detail { slice_cells: 24, distances: true }).answer_data(
+            &q,
+            solver.query(&q),
+            Some(1e-3),
+        );
         (data, solver)
     }
 
@@ -239,11 +301,17 @@ mod tests {
             assert_eq!((first.from, &first.pairs), (0, &answer.colliding));
             assert!(last.pairs.is_empty() && !last.outside && last.from <= SEGMENT_STEPS);
             assert!(!exit.contacts.is_empty(), "an exit touches something");
+            // Distances are negative while solids overlap, and keep the clearance at the exit.
+            let distances = &exit.distances;
+            assert!(distances.len() == SEGMENT_STEPS + 1 && distances[0] <= 0.0 && distances[SEGMENT_STEPS] >= 0.0);
         }
         assert!(data.pairs.iter().all(|(pair, bodies)| {
             let found = solver.scene().pairs()[*pair];
             *bodies == [found.first, found.second]
         }));
+        let at_query: Vec<PairId> = data.contacts.iter().map(|contact| contact.pair).collect();
+        assert!(answer.colliding.iter().all(|pair| at_query.contains(pair)), "{at_query:?}");
+        assert!(data.contacts.iter().all(|contact| contact.distance <= 0.0), "they overlap");
         // The page contains the answer of the library, digit for digit.
         let text = serde_json::to_value(&data).unwrap();
         assert_eq!(text["answer"], serde_json::to_value(answer).unwrap());

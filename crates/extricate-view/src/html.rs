@@ -12,12 +12,17 @@ const STYLE: &str = include_str!("../page/style.css");
 const THREE: &str = include_str!("../page/three/three.min.js");
 const THREE_LICENCE: &str = include_str!("../page/three/LICENSE");
 /// The scripts in the order of their dependencies.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 14] = [
     include_str!("../page/words.js"),
+    include_str!("../page/data.js"),
     include_str!("../page/kinematics.js"),
     include_str!("../page/stage.js"),
+    include_str!("../page/view.js"),
     include_str!("../page/slice.js"),
     include_str!("../page/panel.js"),
+    include_str!("../page/share.js"),
+    include_str!("../page/plot.js"),
+    include_str!("../page/tree.js"),
     include_str!("../page/play.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/live.js"),

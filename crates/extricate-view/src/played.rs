@@ -1,9 +1,11 @@
 //! Data that the page plays back without a query: paths from elsewhere, and released grasps.
 
+use extricate::geometry::Body;
 use extricate::{CheckScratch, Config, SegmentOptions, SegmentOutcome};
 use serde::{Deserialize, Serialize};
 
 use crate::answer_data::{AnswerData, Inspector};
+use crate::scene_data::object_data;
 
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -24,6 +26,8 @@ pub(crate) struct PathData {
     colliding_segments: usize,
     /// Share of the way at the first collision; `None` if none is known.
     first_collision: Option<f64>,
+    /// A letter for every segment: `f` proved free, `c` with a collision, `u` undecided.
+    segments: String,
 }
 
 /// A grasp, under the names of `extricate grasp --json`.
@@ -95,6 +99,20 @@ impl Inspector<'_> {
         self.played_data(first, exit, Played::Path(path))
     }
 
+    /// Returns the page's data of a grasp of an object that is no obstacle of the scene, as
+    /// [`Inspector::grasp_data`] does.
+    ///
+    /// # Errors
+    /// Fails if the object cannot be an obstacle of the scene, or as [`Inspector::grasp_data`].
+    pub fn grasp_of_object_data(&mut self, q: &Config, grasp: GraspData, object: Body) -> Result<AnswerData, String> {
+        let in_words = |error: extricate::Error| error.to_string();
+        let scene = self.solver().scene().with_obstacles([object]).map_err(in_words)?;
+        let solver = self.solver().with_scene(scene).map_err(in_words)?;
+        let mut data = Inspector::new(&solver, self.detail()).grasp_data(q, grasp)?;
+        data.object = object_data(solver.scene());
+        Ok(data)
+    }
+
     /// Returns the page's data of a grasp that was released from the query `q`.
     ///
     /// # Errors
@@ -116,16 +134,21 @@ impl Inspector<'_> {
             free_segments: 0,
             colliding_segments: 0,
             first_collision: None,
+            segments: String::new(),
         };
         for (at, ends) in waypoints.windows(2).enumerate() {
             let begins = if at == 0 { 0.0 } else { shares[at - 1] };
             match checker.segment(ends[0], ends[1], &SegmentOptions::default(), &mut scratch) {
-                SegmentOutcome::Free => path.free_segments += 1,
+                SegmentOutcome::Free => {
+                    path.free_segments += 1;
+                    path.segments.push('f');
+                }
                 SegmentOutcome::Contact { colliding_at, .. } => {
                     path.colliding_segments += 1;
+                    path.segments.push('c');
                     path.first_collision.get_or_insert(begins + colliding_at * (shares[at] - begins));
                 }
-                _ => {}
+                _ => path.segments.push('u'),
             }
         }
         path
@@ -193,6 +216,7 @@ mod tests {
         let data = value(&inspector.path_data(&free, &[hit.clone(), free.clone()]));
         let path = &data["played"]["path"];
         assert_eq!((&path["waypoints"], &path["colliding_segments"]), (&3.into(), &2.into()), "{path}");
+        assert_eq!(path["segments"], "cc");
         assert!(path["first_collision"].as_f64().unwrap() <= 0.5);
         let exit = &data["exits"][0];
         let length = 2.0 * solver.metric().distance(&free, &hit);
@@ -242,6 +266,18 @@ mod tests {
         let data = value(&inspector.grasp_data(&hit, grasp.clone()).unwrap());
         assert_eq!((&data["played"]["grasp"]["moved"], &data["exits"][0]["depth"]), (&0.3.into(), &0.3.into()));
         assert!(!data["exits"][0]["stretches"][0]["pairs"].as_array().unwrap().is_empty());
+        // An object that is no obstacle of the scene is the body after those of the scene.
+        let object = solver.scene().bodies().iter().find(|body| body.is_obstacle()).unwrap().clone();
+        let bare = Solver::new(solver.scene().without_obstacles());
+        let mut inspector = Inspector::new(&bare, Detail::default());
+        let last = bare.scene().bodies().len() as u64;
+        let data = value(&inspector.grasp_of_object_data(&hit, grasp.clone(), object.clone()).unwrap());
+        assert_eq!(data["object"]["name"], object.name);
+        let bodies: Vec<u64> =
+            data["pairs"].as_object().unwrap().values().map(|pair| pair[1].as_u64().unwrap()).collect();
+        assert!(bodies.iter().all(|body| *body <= last), "{bodies:?}");
+        let taken = bare.scene().bodies()[0].clone();
+        assert!(inspector.grasp_of_object_data(&hit, grasp.clone(), taken).unwrap_err().contains("taken"));
         let short = GraspData { config: vec![0.0], ..grasp };
         assert!(inspector.grasp_data(&hit, short).unwrap_err().contains("config"));
     }

@@ -5,11 +5,16 @@ use extricate::parts::{Factor, Frame, MotionRecord};
 use extricate::{Manifold, Scene};
 use serde::Serialize;
 
+use crate::cloud::{self, Cloud, clouds};
 use crate::triangles::{Encoded, Surface, shares};
 use crate::unit::metric_unit;
 
 /// Largest number of triangles of a page: about 0.6 MB of text.
 const MAX_TRIANGLES: usize = 50_000;
+/// Largest number of triangles of the object of a grasp, of which a page may have many.
+const MAX_OBJECT_TRIANGLES: usize = 3000;
+/// Largest number of points and voxels of a page: about 0.8 MB of text.
+const MAX_CENTRES: usize = 100_000;
 
 /// A scene as the page reads it.
 #[derive(Debug, Serialize)]
@@ -22,7 +27,7 @@ pub struct SceneData<'a> {
     joints: Vec<JointData<'a>>,
     factors: &'a [Factor],
     frames: Vec<FrameData>,
-    bodies: Vec<BodyData<'a>>,
+    bodies: Vec<BodyData>,
     probe: Probe,
 }
 
@@ -45,8 +50,8 @@ struct FrameData {
 }
 
 #[derive(Debug, Serialize)]
-struct BodyData<'a> {
-    name: &'a str,
+pub struct BodyData {
+    name: String,
     frame: usize,
     /// Whether the body is a link, not an obstacle or an attached object.
     link: bool,
@@ -55,6 +60,8 @@ struct BodyData<'a> {
     seat: Option<[f64; 12]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<Encoded>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    clouds: Vec<Cloud>,
 }
 
 /// Positions of the frames at a configuration, by which the page checks its kinematics.
@@ -68,16 +75,12 @@ struct Probe {
 pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
-    let shares = shares(&counts, MAX_TRIANGLES);
+    let triangle_shares = shares(&counts, MAX_TRIANGLES);
+    let centres: Vec<usize> = scene.bodies().iter().map(cloud::count).collect();
+    let centre_shares = shares(&centres, MAX_CENTRES);
     let body = |at: usize| {
-        let body = &scene.bodies()[at];
-        BodyData {
-            name: &body.name,
-            frame: body.frame,
-            link: body.robot.is_some(),
-            seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
-            surface: surfaces[at].encode(shares[at]),
-        }
+        let step = centres[at].div_ceil(centre_shares[at]).max(1);
+        body_data(scene, at, surfaces[at].encode(triangle_shares[at]), step)
     };
     SceneData {
         unit: metric_unit(scene),
@@ -95,12 +98,30 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     }
 }
 
+fn body_data(scene: &Scene, at: usize, surface: Option<Encoded>, step: usize) -> BodyData {
+    let body = &scene.bodies()[at];
+    BodyData {
+        name: body.name.clone(),
+        frame: body.frame,
+        link: body.robot.is_some(),
+        seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
+        surface,
+        clouds: clouds(body, step),
+    }
+}
+
+/// Returns the last body of a scene, which is the object of a grasp.
+pub fn object_data(scene: &Scene) -> Option<BodyData> {
+    let at = scene.bodies().len().checked_sub(1)?;
+    Some(body_data(scene, at, Surface::of(&scene.bodies()[at]).encode(MAX_OBJECT_TRIANGLES), 1))
+}
+
 fn frame_data(frame: &Frame) -> FrameData {
     FrameData { parent: frame.parent, pose: numbers(&frame.pose_parent_joint), motion: frame.motion_record() }
 }
 
 /// Columns of the rotation, then the translation.
-fn numbers(pose: &Pose) -> [f64; 12] {
+pub fn numbers(pose: &Pose) -> [f64; 12] {
     let [x, y, z] = pose.columns();
     let numbers = [x, y, z, pose.origin()].concat();
     std::array::from_fn(|k| numbers[k])

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use extricate::geometry::Body;
+use extricate::geometry::{Body, Geometry};
 use serde::Serialize;
 
 /// Segments around a round shape.
 const SEGMENTS: usize = 32;
-/// Segments around points and voxels, which are many and so drawn as coarsely as possible.
-const SCENERY_SEGMENTS: usize = 4;
-/// Number of shapes of a body above which its round ones are drawn like scenery.
+/// Segments around round shapes of a body that has many.
+const COARSE_SEGMENTS: usize = 4;
+/// Number of shapes of a body above which its round ones are drawn coarsely.
 const MANY_PARTS: usize = 200;
 /// Steps of a coordinate across a body: two bytes, with an error below 0.01 mm in a metre.
 const COORDINATE_STEPS: f64 = 65535.0;
@@ -43,28 +43,20 @@ pub struct Encoded {
 }
 
 impl Surface {
-    /// Tessellates all shapes of a body.
+    /// Tessellates all shapes of a body but points and voxels, which are [`crate::cloud::Cloud`]s.
     pub fn of(body: &Body) -> Self {
-        let segments =
-            |is_scenery| if is_scenery || body.parts.len() > MANY_PARTS { SCENERY_SEGMENTS } else { SEGMENTS };
+        let segments = if body.parts.len() > MANY_PARTS { COARSE_SEGMENTS } else { SEGMENTS };
         let mut surface = Self { vertices: Vec::new(), triangles: Vec::new() };
         for part in &body.parts {
-            use extricate::geometry::Geometry::{Points, Voxels};
-            let mesh = part.geometry.tessellate(segments(matches!(part.geometry, Points(_) | Voxels(_))));
+            if matches!(part.geometry, Geometry::Points(_) | Geometry::Voxels(_)) {
+                continue;
+            }
+            let mesh = part.geometry.tessellate(segments);
             let first = surface.vertices.len() as u32;
             surface.vertices.extend(mesh.vertices().map(|vertex| part.pose_frame_part.transform(vertex)));
             surface.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
         }
         surface
-    }
-
-    /// Corners of the bounding box; `None` if the surface is empty.
-    fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
-        let first = *self.vertices.first()?;
-        let with = |(low, high): ([f64; 3], [f64; 3]), v: &[f64; 3]| {
-            ([0, 1, 2].map(|k| low[k].min(v[k])), [0, 1, 2].map(|k| high[k].max(v[k])))
-        };
-        Some(self.vertices.iter().fold((first, first), with))
     }
 
     /// Returns the surface with fewer triangles: vertices in one cell of a grid become one, and
@@ -103,11 +95,9 @@ impl Surface {
     /// Encodes the surface with at most about `most` triangles; `None` if there is nothing to draw,
     /// or if a vertex is not finite.
     pub fn encode(&self, most: usize) -> Option<Encoded> {
-        let (low, high) = self.bounds()?;
-        let side = [0, 1, 2].map(|k| high[k] - low[k]);
+        let (low, side) = bounding_box(&self.vertices)?;
         let longest = side.into_iter().fold(0.0, f64::max);
-        let is_finite = side.iter().all(|length| length.is_finite());
-        if !is_finite || self.triangles.is_empty() {
+        if self.triangles.is_empty() {
             return None;
         }
         if self.triangles.len() <= most {
@@ -120,11 +110,6 @@ impl Surface {
     }
 
     fn as_text(&self, low: [f64; 3], side: [f64; 3], merged: f64) -> Encoded {
-        let step = |x: f64, k: usize| {
-            if side[k] > 0.0 { (COORDINATE_STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 }
-        };
-        let vertices = self.vertices.iter().flat_map(|v| (0..3).map(move |k| step(v[k], k)));
-        let vertices: Vec<u8> = vertices.flat_map(u16::to_le_bytes).collect();
         let wide = self.vertices.len() > usize::from(u16::MAX);
         let corners = self.triangles.iter().flatten();
         let triangles: Vec<u8> = match wide {
@@ -134,12 +119,33 @@ impl Surface {
         Encoded {
             low,
             side,
-            vertices: BASE64_STANDARD.encode(vertices),
+            vertices: in_box(&self.vertices, low, side),
             triangles: BASE64_STANDARD.encode(triangles),
             wide,
             merged,
         }
     }
+}
+
+/// Least corner and sides of the box around some points; `None` if there are none, or if one is not
+/// finite.
+pub fn bounding_box(points: &[[f64; 3]]) -> Option<([f64; 3], [f64; 3])> {
+    let first = *points.first()?;
+    let with = |(low, high): ([f64; 3], [f64; 3]), v: &[f64; 3]| {
+        ([0, 1, 2].map(|k| low[k].min(v[k])), [0, 1, 2].map(|k| high[k].max(v[k])))
+    };
+    let (low, high) = points.iter().fold((first, first), with);
+    let side = [0, 1, 2].map(|k| high[k] - low[k]);
+    side.iter().all(|length| length.is_finite()).then_some((low, side))
+}
+
+/// Points of a box as numbers of two bytes, in base64.
+pub fn in_box(points: &[[f64; 3]], low: [f64; 3], side: [f64; 3]) -> String {
+    let step = |x: f64, k: usize| {
+        if side[k] > 0.0 { (COORDINATE_STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 }
+    };
+    let numbers = points.iter().flat_map(|v| (0..3).map(move |k| step(v[k], k)));
+    BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<u8>>())
 }
 
 /// Shares at most about `most` triangles among several surfaces: small ones keep theirs, large ones
@@ -159,7 +165,7 @@ pub fn shares(counts: &[usize], most: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::geometry::{Geometry, Pose};
+    use extricate::geometry::Pose;
 
     /// A ball of many triangles.
     fn ball() -> Surface {

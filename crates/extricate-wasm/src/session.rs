@@ -68,7 +68,8 @@ impl Session {
         let solver = self.solver.clone().options(QueryOptions::default().exits(exits)).map_err(in_words)?;
         let q = solver.scene().space().config_anywhere(q).map_err(in_words)?;
         let answer = solver.query(&q);
-        let data = Inspector::new(&solver, Detail { slice_cells: cells }).answer_data(&q, answer, None);
+        let data =
+            Inspector::new(&solver, Detail { slice_cells: cells, distances: false }).answer_data(&q, answer, None);
         serde_json::to_string(&data).map_err(|error| error.to_string())
     }
 

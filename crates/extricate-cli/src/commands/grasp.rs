@@ -302,7 +302,7 @@ fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
 }
 
 /// Loads a mesh at the world's origin.
-fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Body> {
+pub fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Body> {
     let name = path.display().to_string();
     let entry = serde_json::json!({
         "obstacle": [{ "name": "object", "shape": { "mesh": name, "scale": scale } }]

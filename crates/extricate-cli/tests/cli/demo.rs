@@ -26,6 +26,34 @@ fn the_demo_learns_answers_and_shows() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_browser_draws_the_page_of_the_demo() {
+    use std::os::unix::fs::PermissionsExt;
+    let workspace = Workspace::new();
+    // In place of a browser: it writes its last argument, the page, where the picture belongs.
+    let script = "#!/bin/sh\nfor word; do case $word in --screenshot=*) out=${word#*=} ;; esac; done\n\
+                  printf '\\211PNG\\r\\n\\032\\n%s' \"$word\" > \"$out\"\n";
+    workspace.write("browser", script);
+    std::fs::set_permissions(workspace.path("browser"), PermissionsExt::from_mode(0o755)).unwrap();
+    let line = "demo --scene planar-arm --seconds 0.1 --queries 2 --png a.png";
+    let demo = |line: &str, browser: &str| {
+        let done = workspace.command(line).env("EXTRICATE_CHROMIUM", workspace.path(browser)).output().unwrap();
+        (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    assert_eq!(demo(line, "browser").0, Some(0));
+    let picture = std::fs::read(workspace.path("a.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG") && picture.ends_with(b"extricate-demo.html#t=0"));
+    let (code, said) = demo(line, "none");
+    assert!(code == Some(1) && said.contains("EXTRICATE_CHROMIUM") && said.contains("expected a browser"), "{said}");
+    workspace.write("notes.png", "my own");
+    let (code, said) = demo(&line.replace("a.png", "notes.png"), "browser");
+    assert!(code == Some(1) && said.contains("notes.png"), "{said}");
+    workspace.write("browser", "#!/bin/sh\n");
+    let (code, said) = demo(line, "browser");
+    assert!(code == Some(1) && said.contains("drew no picture"), "{said}");
+}
+
+#[test]
 fn the_exported_scene_is_whole_and_nothing_is_overwritten() {
     let workspace = Workspace::new();
     workspace.run("demo --export mine").expect_code(0);

@@ -168,6 +168,28 @@ fn grasps_are_shown_from_the_query_to_the_release() {
 }
 
 #[test]
+fn objects_that_grasps_name_are_shown() {
+    let workspace = crate::grasps::workspace();
+    workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(3));
+    workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o a.jsonl").expect_code(0);
+    let line = "view hand.toml --input g.jsonl --answers a.jsonl -o page.html";
+    workspace.run(&format!("{line} --objects meshes")).expect_code(0);
+    let page = || data_of(&std::fs::read_to_string(workspace.path("page.html")).unwrap());
+    let data = page();
+    let bodies = data["scene"]["bodies"].as_array().unwrap().len();
+    for shown in data["answers"].as_array().unwrap() {
+        assert_eq!(shown["object"]["name"], "object");
+        assert!(shown["object"]["surface"].is_object());
+        // Fingers are inside the object, which is the body after those of the scene.
+        let of_object = shown["pairs"].as_object().unwrap().values().filter(|pair| pair[1] == bodies);
+        assert!(of_object.count() >= 1 && !shown["contacts"].as_array().unwrap().is_empty());
+    }
+    workspace.run(line).expect_code(0);
+    assert!(page()["answers"][0]["object"].is_null());
+    workspace.run(&format!("{line} --objects nowhere")).expect_failure(&["nowhere/cup.obj"]);
+}
+
+#[test]
 fn a_live_page_in_another_world_keeps_the_model() {
     let workspace = Workspace::learned();
     let world = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.1 }\npose = { xyz = [0.8, 0.3, 0] }\n";

@@ -14,7 +14,7 @@ A configuration is a float64 array of shape (nq,), and n of them have shape (n, 
 scenes, models and solvers.
 """
 
-from . import fleet, grasps, ros, rows
+from . import fleet, grasps, recordings, ros, rows
 from ._answer import Answer, Contact, Exit
 from ._grasp import Grasp, GraspContact
 from ._extricate import Joint, Model, Progress, Roadmap, Scene, Solver, Stream, __version__, import_world, learn
@@ -76,6 +76,7 @@ __all__ = [
     "grasps",
     "import_world",
     "learn",
+    "recordings",
     "ros",
     "rows",
     "spheres",

@@ -126,15 +126,28 @@ class Answer:
 
         Raises RuntimeError for an answer that was unpickled or that a stream returned.
         """
-        asked: Any = self._asked
-        if asked is None:
-            raise RuntimeError("this answer does not know its scene: show the configuration, scene.show(q)")
-        source, q, options = asked
+        source, q, options = self._question()
         given = dict(options or {})
         if "options" not in given:
             given.setdefault("exits", max(1, len(self.exits)))
         page: Page = source.show(q, path=path, open=open, live=live, **given)
         return page
+
+    def plot(self) -> Any:
+        """Draws depth, lower bound and the joints before and after, as a figure of matplotlib (`pip install extricate[plot]`).
+
+        Raises ImportError without matplotlib, and RuntimeError for an answer that was unpickled or that a stream returned.
+        """
+        from ._plot import plotted
+
+        source, q, _ = self._question()
+        return plotted(self, getattr(source, "scene", source), np.asarray(q, dtype=float))
+
+    def _question(self) -> Any:
+        """Returns the object, the configuration and the options of the query."""
+        if self._asked is None:
+            raise RuntimeError("this answer does not know its scene: show the configuration, scene.show(q)")
+        return self._asked
 
     @property
     def free(self) -> bool:

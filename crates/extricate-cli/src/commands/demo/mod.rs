@@ -1,6 +1,7 @@
 //! `extricate demo`: answers queries of a built-in scene and writes a page of them, then learns the
 //! scene and answers them again. It needs no preparation.
 
+mod picture;
 pub mod table;
 
 use std::fs;
@@ -45,6 +46,9 @@ pub struct DemoArgs {
     /// Page to write, which shows some of the answers in a browser; an existing page is replaced
     #[arg(long, value_name = "PAGE.html", default_value = "extricate-demo.html")]
     out: PathBuf,
+    /// Draw the page into this picture too, with Chromium or Chrome; an existing PNG is replaced
+    #[arg(long, value_name = "FILE.png", conflicts_with = "export")]
+    png: Option<PathBuf>,
     /// Only write the scene's files to this directory, for use with the other commands; existing
     /// files are never replaced
     #[arg(long, value_name = "DIR")]
@@ -66,6 +70,12 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     }
     files::check_output(&args.out, "page of this program", is_page)?;
     let _lock = OutputLock::take(&args.out)?;
+    let png = args.png.as_deref();
+    let browser = png.map(|png| {
+        files::check_output(png, "PNG picture", picture::is_png)?;
+        picture::browser()
+    });
+    let browser = browser.transpose()?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let solver = Solver::new(scene.clone());
@@ -73,6 +83,9 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let at_once = answer_all("answering at once", &solver, &queries)?;
     let figures_at_once = figures(&at_once);
     write_page(&solver, (&args.scene, &queries), most_instructive(&scene, &at_once), &args.out)?;
+    if let (Some(browser), Some(png)) = (&browser, png) {
+        picture::draw(browser, &args.out, png)?;
+    }
     let page = args.out.display().to_string();
     let mut out = Output::new(false);
     if !json {

@@ -11,11 +11,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use extricate::geometry::Body;
 use extricate::{Config, Effort, QueryOptions, Solver, StreamOptions, files};
 use extricate_view::{Live, is_page};
 use serde_json::json;
 
 use crate::args::{Limits, LoadArgs, exits, port, positive, seed};
+use crate::commands::grasp::mesh_object;
 use crate::commands::query::{Timed, ask, effort};
 use crate::commands::{draw_colliding, load_solver};
 use crate::input::Configs;
@@ -60,6 +62,9 @@ pub struct ViewArgs {
     /// --json` for the same configurations
     #[arg(long, value_name = "FILE", requires = "configurations", conflicts_with_all = ["exits", "effort"])]
     answers: Option<PathBuf>,
+    /// Show the meshes in this folder that the lines of --input name, as for `grasp --objects`
+    #[arg(long, value_name = "FOLDER", requires_all = ["input", "answers"], conflicts_with = "stream")]
+    objects: Option<PathBuf>,
     /// Treat the configurations as frames of a motion, which the page plays. They are answered as
     /// `query --stream` does
     #[arg(long, requires = "input", conflicts_with_all = ["q", "exits"])]
@@ -153,17 +158,18 @@ fn answered(args: &ViewArgs, solver: &Solver) -> anyhow::Result<(Vec<Shown>, Opt
         (None, true) => None,
     };
     let mut input = input.map(|configs| configs.with_limits(Limits::Forgive));
-    let queries = match &mut input {
-        Some(configs) => read(configs, solver)?,
-        None => draw(args, solver)?,
+    let (queries, objects) = match &mut input {
+        Some(configs) => read(configs, solver, args)?,
+        None => (draw(args, solver)?, Vec::new()),
     };
     let given = match &args.answers {
         Some(path) => Answers::open(path)?.read(solver.scene(), queries.len())?,
         None => answer(args, solver, &queries)?.into_iter().map(Given::Answer).collect(),
     };
-    let shown = queries.into_iter().zip(given).map(|(q, given)| match given {
+    let objects = objects.into_iter().chain(std::iter::repeat(None));
+    let shown = queries.into_iter().zip(given).zip(objects).map(|((q, given), object)| match given {
         Given::Answer(timed) => Shown::Answer(q, timed),
-        Given::Grasp(grasp) => Shown::Grasp(q, grasp),
+        Given::Grasp(grasp) => Shown::Grasp(q, grasp, object),
     });
     Ok((shown.collect(), input))
 }
@@ -190,20 +196,27 @@ fn paths(lines: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Shown>> {
     Ok(shown)
 }
 
-/// Reads all configurations of an input, and reports those that cannot be used.
-fn read(configs: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
-    let mut queries = Vec::new();
-    while let Some(entry) = configs.next(solver.scene())? {
+/// Reads all configurations of an input with the objects that they name, and reports those that
+/// cannot be used.
+fn read(configs: &mut Configs, solver: &Solver, args: &ViewArgs) -> anyhow::Result<(Vec<Config>, Vec<Option<Body>>)> {
+    let (mut queries, mut objects) = (Vec::new(), Vec::new());
+    while let Some(entry) = configs.next_grasp(solver.scene(), args.objects.is_some())? {
         configs.take_notes().into_iter().for_each(notice::warning);
         match entry {
             Ok((line, _)) if queries.len() == MAX_QUERIES => {
                 bail!("line {line}: got more than {MAX_QUERIES} configurations, expected fewer: a page holds them all")
             }
-            Ok((_, q)) => queries.push(q),
+            Ok((_, (q, object))) => {
+                queries.push(q);
+                let load = |(folder, (file, scale)): (&PathBuf, (String, f64))| {
+                    mesh_object(&folder.join(file), scale, &args.load)
+                };
+                objects.push(args.objects.as_ref().zip(object).map(load).transpose()?);
+            }
             Err(bad) => configs.report(&bad),
         }
     }
-    Ok(queries)
+    Ok((queries, objects))
 }
 
 fn draw(args: &ViewArgs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
