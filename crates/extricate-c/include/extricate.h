@@ -356,9 +356,9 @@ typedef struct ExtricateOptions {
     const char *const *free;
     // Number of `free` joints.
     size_t free_count;
-    // The links that keep their places: links that keep their places, as the name of a link or as
-    // JSON, {"link": "tool0", "position": 1e-4, "rotation": 1e-3} or an array of such; null by
-    // default, for none. docs/how-to/constraints.md lists the keys.
+    // One or several links that keep their places; null by default, for none. The text is the name
+    // of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
+    // such objects. docs/how-to/constraints.md lists the keys.
     const char *keep;
     // Weights of joints, in place of those of the scene; null by default, for none. They prepare
     // the scene anew, and a model is not used with them.

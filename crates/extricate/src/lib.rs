@@ -32,7 +32,10 @@
 //! worlds of MoveIt. Without `meshes`, the built-in scenes that have meshes are errors.
 
 // What files alone need stays in without them, and is left out by the linker.
-#![cfg_attr(not(all(feature = "meshes", feature = "model-files", feature = "moveit")), allow(dead_code, unused_imports))]
+#![cfg_attr(
+    not(all(feature = "meshes", feature = "model-files", feature = "moveit")),
+    allow(dead_code, unused_imports)
+)]
 
 mod applications;
 mod collision;

@@ -237,9 +237,9 @@ pub struct ExtricateOptions {
     pub free: *const *const c_char,
     /// Number of `free` joints.
     pub free_count: usize,
-    /// The links that keep their places: links that keep their places, as the name of a link or as
-    /// JSON, {"link": "tool0", "position": 1e-4, "rotation": 1e-3} or an array of such; null by
-    /// default, for none. docs/how-to/constraints.md lists the keys.
+    /// One or several links that keep their places; null by default, for none. The text is the name
+    /// of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
+    /// such objects. docs/how-to/constraints.md lists the keys.
     pub keep: *const c_char,
     /// Weights of joints, in place of those of the scene; null by default, for none. They prepare
     /// the scene anew, and a model is not used with them.

@@ -57,9 +57,9 @@ macro_rules! calls {
             /// keep: links that stay where they are, a name or a mapping or several of them:
             ///     {"link": "tool0", "position": 1e-4, "rotation": 1e-3} are the tolerances [m] and
             ///     [rad] that apply if none are given; None lets the link move or rotate freely.
-            ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link in
-            ///     whose coordinates the pose is kept; with "axis" (3,), only this axis of the link
-            ///     keeps its direction. See `Answer.kept`.
+            ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link
+            ///     in whose coordinates the pose is kept; with "axis" (3,), only this axis of the
+            ///     link keeps its direction. See `Answer.kept`.
             /// weights: by joint, weights of squared displacements in place of the scene's, in the
             ///     joint metric; the search then ignores what was learned.
             /// toward, toward_share: a configuration and a share. Among exits that are farther than
@@ -71,11 +71,10 @@ macro_rules! calls {
             ///     ValueError for them.
             ///
             /// Returns an `Answer`; None if nothing free was found, not even among 20,000
-            /// configurations, or if locked joints or kept links leave nothing. Then, if some pairs
-            /// collide in every drawn configuration, a warning names them. The search for them runs
-            /// once, whatever `max_checks` and `max_seconds` are. If warnings are errors, the call
-            /// raises
-            /// the warning in place of all its answers.
+            /// configurations (2,000 if links are kept), or if locked joints leave nothing. Then,
+            /// if some pairs collide in every drawn configuration, a warning names them. The search
+            /// for them runs once, whatever `max_checks` and `max_seconds` are. If warnings are
+            /// errors, the call raises the warning in place of all its answers.
             ///
             /// Raises ValueError for a wrong shape, values that are not finite, options that make
             /// no sense.
@@ -98,8 +97,8 @@ macro_rules! calls {
             ///     many checks.
             /// contacts: whether to report the pairs that collide and that touch; with effort
             ///     "nearest" that takes longer than to find the witness.
-            /// clearance, locked, free, keep, weights, toward, toward_share, free_radius, limits: as
-            ///     in `query`, for each row.
+            /// clearance, locked, free, keep, weights, toward, toward_share, free_radius, limits:
+            ///     as in `query`, for each row.
             /// errors: "raise", or "mask": a row that is no configuration gets a depth of nan, and
             ///     the others are answered as usual.
             /// threads: 0 for one per core.

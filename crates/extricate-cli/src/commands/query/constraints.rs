@@ -22,11 +22,11 @@ pub struct ConstraintArgs {
     /// Names of the joints that may move; all others are locked
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     free: Vec<String>,
-    /// Links that keep their places: the name of a link, or JSON such as {"link": "tool0",
-    /// "rotation": null}, or an array of such objects. The keys are link, position and rotation
-    /// (tolerances in m and rad, 1e-4 and 1e-3 if not given; null leaves the link free), axis
-    /// (only this axis of the link keeps its direction), pose (a pose to bring the link to, as in
-    /// scene files) and relative_to (another link)
+    /// Links that keep their places: the name of a link, a JSON object such as {"link": "tool0",
+    /// "rotation": null}, or an array of objects. Tolerances are position (1e-4 m) and rotation
+    /// (1e-3 rad); null leaves the link free. With axis, only this axis of the link keeps its
+    /// direction. With pose, as in scene files, the link is brought there. With relative_to, the
+    /// pose is in the coordinates of another link
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
     /// Weights of squared joint displacements in the metric, instead of the scene's; a model is

@@ -148,14 +148,17 @@ struct Offset {
 impl LinkConstraint {
     /// Resolves what a query at `q` keeps.
     pub fn all(scene: &Scene, keep: &[KeptLink], q: &[f64]) -> Vec<Self> {
+        if keep.is_empty() {
+            return Vec::new();
+        }
         let mut poses = Vec::new();
         forward(scene, q, &mut poses);
         let resolve = |keep: &KeptLink| {
-            let placed = |link: usize| (scene.links[link].frame, scene.links[link].pose_frame_link.clone());
+            let placed = |link: usize| (scene.links[link].frame, scene.links[link].pose_frame_link);
             let (link, base) = (placed(keep.link), keep.relative_to.map_or((0, Pose::identity()), placed));
             let now = world(&base, &poses).inverse().then(&world(&link, &poses));
             Self {
-                target: keep.pose.clone().unwrap_or(now),
+                target: keep.pose.unwrap_or(now),
                 position: keep.position,
                 rotation: keep.rotation,
                 axis: keep.axis.map(|axis| Vec3::from(axis).normalize()),

@@ -34,9 +34,11 @@ fn rotation() -> Option<f64> {
 
 impl KeptLink {
     /// Reads the links that a query keeps: the name of a link, or a JSON object or array of
-    /// objects. Each has `link`, and may have `relative_to` (a link), `pose` (`xyz` \[m\] and `rpy`
-    /// \[rad\], `quat_xyzw` or `quat_wxyz`, as in scene files), `position` \[m\] and `rotation`
-    /// \[rad\] (tolerances, 1e-4 and 1e-3 if not given; null leaves the link free), and `axis`.
+    /// objects. An object has the key `link`.
+    ///
+    /// `position` \[m\] and `rotation` \[rad\] are its tolerances, 1e-4 and 1e-3 if not given; null
+    /// leaves the link free. `axis` and `relative_to` (the name of a link) are as in [`KeptLink`].
+    /// `pose` is written as in scene files.
     ///
     /// ```
     /// use extricate::{KeptLink, builtin};

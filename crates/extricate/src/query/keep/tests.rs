@@ -124,7 +124,7 @@ fn rows_are_the_slopes_of_offsets() {
         assert!(rows.offsets.len() == 17 && rows.offsets.iter().all(|offset| offset.abs() < 1e-12));
         let (slopes, mut step) = (rows.rows.clone(), vec![0.0; space.nv()]);
         for v in 0..space.nv() {
-            let mut change = vec![0.0; 17];
+            let mut change = [0.0; 17];
             for sign in [1.0, -1.0] {
                 step[v] = sign * 1e-5;
                 space.integrate(&q, &step, &mut moved);
@@ -204,8 +204,8 @@ fn what_makes_no_sense_is_named() {
     assert!(refused.contains("got link 99, expected indices below the 4 links"), "{refused}");
 }
 
-/// All joints that move the link are at limits, or locked: there is no projection, and no number that
-/// is none.
+/// All joints that move the link are at limits, or locked: there is no projection, and no number
+/// that is none.
 #[test]
 fn a_link_that_cannot_move_is_not_brought_anywhere() {
     let world = arm(&[[-5.0, 0.0]]);

@@ -32,6 +32,8 @@ pub enum Source {
 
 /// Configurations that are tried anywhere before a search gives up.
 const MAX_ANYWHERE: u64 = 20_000;
+/// The same if each has to be moved to where links are kept, which takes as long as a check.
+const MAX_KEPT_ANYWHERE: u64 = 2_000;
 /// Distances of starts around the query as shares of the depth, used one after another. Shares from
 /// 0.2 to 0.8 find the same for a third more checks (lab L120). Everything nearer than the depth
 /// collides, and descents out of an overlap often get stuck.
@@ -103,7 +105,8 @@ pub fn take_anywhere(search: &mut Search) {
     let halton = Halton::new(space.nv(), 0);
     let mut config = std::mem::take(&mut search.known.start);
     config.resize(space.nq(), 0.0);
-    for index in 0..MAX_ANYWHERE {
+    let most = if context.kept.is_empty() { MAX_ANYWHERE } else { MAX_KEPT_ANYWHERE };
+    for index in 0..most {
         if search.evaluator.is_stopped() {
             break;
         }

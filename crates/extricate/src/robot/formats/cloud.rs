@@ -1,9 +1,9 @@
 //! Files of points: PLY, PCD, and text with one point per line. Measurements that a sensor misses
 //! stay NaN.
 
-use super::rows::for_each_row;
 #[cfg(feature = "meshes")]
 use super::ply;
+use super::rows::for_each_row;
 use super::{pcd, without_mark};
 use crate::error::{Error, Result};
 use crate::math::Vec3;

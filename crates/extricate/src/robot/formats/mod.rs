@@ -118,7 +118,8 @@ fn soup_of(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Neighbour) 
 }
 
 #[cfg(not(feature = "meshes"))]
-const WITHOUT_MESHES: &str = "got a mesh or PLY file, expected none: this build of extricate has not the feature `meshes`";
+const WITHOUT_MESHES: &str =
+    "got a mesh or PLY file, expected none: this build of extricate has not the feature `meshes`";
 
 #[cfg(not(feature = "meshes"))]
 fn soup_of(file: &str, _: &[u8], _: &LoadLimits, _: Neighbour) -> Result<soup::Soup> {
