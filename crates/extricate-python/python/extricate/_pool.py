@@ -280,6 +280,10 @@ class _Processes:
                         process = None
             except Exception as failure:
                 outcome = None, f"{type(failure).__name__}: {failure}"
+                # What is left of a result that could not be read would be taken for the next one.
+                if process:
+                    process.kill()
+                    process = None
             future.set_result(outcome)
         if process:
             process.kill()

@@ -70,7 +70,8 @@ pub struct Answer {
     pub contacts: Vec<Contact>,
     /// How the distance to the witness changes with the query: a small tangent step `t` at the
     /// query (length `nv`) changes it by `gradient . t`. If the witness is the nearest exit, this
-    /// is the gradient of the penetration depth. Zero if the query is free. For the largest
+    /// is the gradient of the penetration depth, unless joints or links keep places that
+    /// the query gives them. Zero if the query is free. For the largest
     /// displacement, which has kinks where several points move equally far, it is a mean over 1e-5
     /// to both sides.
     pub gradient: Vec<f64>,

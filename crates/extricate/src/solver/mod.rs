@@ -141,6 +141,11 @@ impl Solver {
             return Err(Error::Option { name: "locked", value: bad.to_string(), expected });
         }
         options.keep.iter().try_for_each(|keep| keep.check_links(scene))?;
+        let names = |scene: &Scene| scene.links.iter().map(|link| link.name.clone()).collect::<Vec<_>>();
+        if !options.keep.is_empty() && names(scene) != names(self.scene()) {
+            let (value, expected) = ("those of other links".into(), "links of the scene".into());
+            return Err(Error::Option { name: "keep", value, expected });
+        }
         if !options.locked.is_empty() && scene.joints != self.scene().joints {
             let (value, expected) = ("those of other joints".into(), "joints of the scene".into());
             return Err(Error::Option { name: "locked", value, expected });
@@ -219,8 +224,9 @@ impl Solver {
     }
 
     /// Finds the nearest free configuration to `q` and a proved lower bound. Returns `None` if
-    /// nothing free was found, not even among 20,000 configurations; if locked joints or a
-    /// clearance leave nothing; or if the search for a first witness was stopped.
+    /// nothing free was found, not even among 20,000 configurations (2,000 if links are kept). So
+    /// it does if locked joints or a clearance leave nothing, or if the search for a first witness
+    /// was stopped.
     ///
     /// # Guarantee
     /// The exact checker called the witness free during this call, and the lower bound is proved.

@@ -277,6 +277,8 @@ def _of_arrow(pyarrow: Any, values: Any) -> Array:
     if kinds.is_string(values.type) or kinds.is_large_string(values.type):
         texts = values.to_pylist()
         return objects(texts) if None in texts else np.array(texts, dtype=np.str_)
+    if values.null_count and (kinds.is_integer(values.type) or kinds.is_boolean(values.type)):
+        return objects(values.to_pylist())
     converted: Array = values.to_numpy(zero_copy_only=False)
     return converted
 

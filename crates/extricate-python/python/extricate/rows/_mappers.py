@@ -158,7 +158,8 @@ class Query(Mapper):
         answers = solver.batch(Q, threads=self.threads, **{**self._options, "errors": "mask"})
         for at in np.flatnonzero(np.isinf(answers["depth"])):
             reasons[int(places[at])] = "nothing free was found"
-        _, wrong = sifted(lambda at: solver.batch(Q[at], **self._options), np.flatnonzero(np.isnan(answers["depth"])))
+        raising = {**self._options, "errors": "raise"}
+        _, wrong = sifted(lambda at: solver.batch(Q[at], **raising), np.flatnonzero(np.isnan(answers["depth"])))
         reasons.update((int(places[at]), reason) for at, reason in wrong.items())
         return {name: answers[name] for name in answers.dtype.names or ()}
 

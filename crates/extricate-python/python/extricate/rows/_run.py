@@ -76,6 +76,8 @@ def run(
     pool = _pool.Pool(on, workers, getattr(mapper, "threads", 1))
     try:
         sources = _files.files(input)
+        if any(folder in source.absolute().parents for source in sources):
+            raise ValueError(f"output: got {str(output)!r}, expected another folder than the input")
         folder.mkdir(parents=True, exist_ok=True)
         with held(folder, "rows.run"), _pool.telling(progress) as tell:
             parts = [part for source in sources for part in _files.blocks(source, block)]
@@ -144,6 +146,8 @@ def _state(path: pathlib.Path) -> List[Any]:
 def _keep_record(folder: pathlib.Path, record: Dict[str, Any]) -> None:
     """Notes what the folder is made from. Raises ValueError if that was something else; input may have become longer."""
     file = folder / RECORD
+    if not file.exists() and any(path.name.startswith("part-") for path in folder.iterdir()):
+        raise ValueError(f"{folder}: got files of another origin, expected a new folder")
     if file.exists():
         try:
             known = json.loads(file.read_text(encoding="utf-8"))
@@ -174,7 +178,8 @@ def read(path: Union[Path, Sequence[Path]]) -> Columns:
 
 
 def _joined(arrays: List[Any]) -> Any:
-    if all(array.dtype != object and array.shape[1:] == arrays[0].shape[1:] for array in arrays):
+    kinds = {array.dtype.kind for array in arrays}
+    if len(kinds) == 1 and all(array.dtype != object and array.shape[1:] == arrays[0].shape[1:] for array in arrays):
         return np.concatenate(arrays)
     return objects([row for array in arrays for row in array])
 

@@ -98,7 +98,9 @@ impl Subproblem {
     }
 
     fn begin(&mut self, space: &ConfigSpace, x: &[f64], radius: f64, locked: &[bool]) {
-        let Self { quadratic, low, high, qp, .. } = self;
+        let Self { quadratic, low, high, qp, kept, .. } = self;
+        // Programs from planes have no kept links.
+        kept.clear();
         quadratic.step_box(space, x, radius, [low, high]);
         for v in (0..locked.len()).filter(|v| locked[*v]) {
             (low[v], high[v]) = (0.0, 0.0);

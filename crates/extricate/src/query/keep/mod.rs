@@ -23,6 +23,10 @@ use crate::scene::Scene;
 /// Usual tolerances of a kept link \[m\] and \[rad\].
 const POSITION_M: f64 = 1e-4;
 const ROTATION_RAD: f64 = 1e-3;
+/// No tolerance is less \[m\] or \[rad\]: poses are not more accurate.
+const LEAST_TOLERANCE: f64 = 1e-9;
+/// Largest deviation of a rotation from an orthonormal matrix.
+const RIGID_TOLERANCE: f64 = 1e-5;
 /// Searches aim at this share of a tolerance, so that rounding does not matter.
 const AIM_SHARE: f64 = 0.9;
 
@@ -40,9 +44,9 @@ pub struct KeptLink {
     pub relative_to: Option<usize>,
     /// Pose of the link; `None` for its pose at the query.
     pub pose: Option<Pose>,
-    /// Most that the link's origin may be off \[m\], more than 0; `None` if it may be anywhere.
+    /// Most that the link's origin may be off \[m\], at least 1e-9; `None` if it may be anywhere.
     pub position: Option<f64>,
-    /// Most that the link may be rotated \[rad\], more than 0; `None` if it may rotate freely.
+    /// Most that the link may be rotated \[rad\], at least 1e-9; `None` if it may rotate freely.
     pub rotation: Option<f64>,
     /// An axis of the link, in its coordinates, not zero. Then `rotation` limits the angle of this
     /// axis alone, and the link may rotate about it.
@@ -74,18 +78,21 @@ impl KeptLink {
     pub(super) fn check(&self) -> Result<()> {
         let refuse =
             |value: String, expected: &str| Err(Error::Option { name: "keep", value, expected: expected.into() });
-        let is_tolerance = |tolerance: &f64| *tolerance > 0.0 && *tolerance <= 1e9;
+        let is_tolerance = |tolerance: &f64| (LEAST_TOLERANCE..=1e9).contains(tolerance);
         if let Some(bad) = self.position.filter(|tolerance| !is_tolerance(tolerance)) {
-            return refuse(format!("position {bad}"), "a position tolerance of more than 0 [m], at most 1e9");
+            return refuse(format!("position {bad}"), "a position tolerance of 1e-9 to 1e9 [m]");
         }
         if let Some(bad) = self.rotation.filter(|tolerance| !is_tolerance(tolerance)) {
-            return refuse(format!("rotation {bad}"), "a rotation tolerance of more than 0 [rad], at most 1e9");
+            return refuse(format!("rotation {bad}"), "a rotation tolerance of 1e-9 to 1e9 [rad]");
         }
         if self.position.is_none() && self.rotation.is_none() {
             return refuse("neither position nor rotation".into(), "a tolerance for at least one of them");
         }
         if let Some(bad) = self.axis.filter(|axis| !Vec3::from(*axis).norm().is_normal()) {
             return refuse(format!("axis {bad:?}"), "three finite numbers, not all 0");
+        }
+        if self.pose.is_some_and(|pose| !is_rigid(&pose)) {
+            return refuse("a pose".into(), "finite numbers, and a rotation");
         }
         match self.axis {
             Some(axis) if self.rotation.is_none() => {
@@ -189,9 +196,18 @@ impl LinkConstraint {
     /// kept.
     pub fn excess(&self, poses: &[Pose]) -> f64 {
         let KeptError { position, rotation } = self.error(poses);
-        let share = |error: f64, tolerance: Option<f64>| tolerance.map_or(0.0, |tolerance| error / tolerance);
+        // Where a pose is not a number, the link is not kept.
+        let share = |error: f64, tolerance: Option<f64>| {
+            tolerance.map_or(0.0, |tolerance| if error.is_finite() { error / tolerance } else { f64::INFINITY })
+        };
         share(position, self.position).max(share(rotation, self.rotation))
     }
+}
+
+/// Whether a pose is made of finite numbers and a rotation.
+fn is_rigid(pose: &Pose) -> bool {
+    let off = (pose.rotation.transpose() * pose.rotation - Mat3::identity()).abs().max();
+    off <= RIGID_TOLERANCE && pose.rotation.determinant() > 0.0 && pose.translation.iter().all(|x| x.is_finite())
 }
 
 fn world((frame, pose): &(usize, Pose), poses: &[Pose]) -> Pose {

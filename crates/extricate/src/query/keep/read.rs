@@ -36,14 +36,14 @@ impl KeptLink {
     /// Reads the links that a query keeps: the name of a link, or a JSON object or array of
     /// objects. An object has the key `link`.
     ///
-    /// `position` \[m\] and `rotation` \[rad\] are its tolerances, 1e-4 and 1e-3 if not given; null
+    /// `position` \[m\] and `rotation` \[rad\] are its tolerances, 1e-4 and 1e-3 if not given. Null
     /// leaves the link free. `axis` and `relative_to` (the name of a link) are as in [`KeptLink`].
     /// `pose` is written as in scene files.
     ///
     /// ```
     /// use extricate::{KeptLink, builtin};
     /// let scene = builtin::scene("planar-arm")?;
-    /// let held = KeptLink::from_text(&scene, "{\"link\": \"hand\", \"rotation\": null}")?;
+    /// let held = KeptLink::from_text(&scene, "{\"link\": \"link_3\", \"rotation\": null}")?;
     /// assert_eq!(held[0].rotation, None);
     /// # extricate::Result::Ok(())
     /// ```

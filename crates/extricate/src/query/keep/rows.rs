@@ -21,12 +21,16 @@ pub struct KeptRows {
 }
 
 impl KeptRows {
+    /// Forgets all rows.
+    pub fn clear(&mut self) {
+        for list in [&mut self.rows, &mut self.offsets, &mut self.allowed, &mut self.lengths] {
+            list.clear();
+        }
+    }
+
     /// Linearises the offsets at the configuration of `poses` and `twists`.
     pub fn set(&mut self, scene: &Scene, kept: &[LinkConstraint], poses: &[Pose], twists: &Twists) {
-        self.rows.clear();
-        self.offsets.clear();
-        self.allowed.clear();
-        self.lengths.clear();
+        self.clear();
         for link in kept {
             let offset = link.offset(poses);
             if let Some(tolerance) = link.position {

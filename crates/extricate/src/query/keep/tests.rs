@@ -187,7 +187,7 @@ fn what_makes_no_sense_is_named() {
     for (text, part) in [
         ("tol", "keep: got `tol`, expected one of"),
         (r#"{"link": "tool", "width": 1}"#, "unknown field `width`"),
-        (r#"{"link": "tool", "position": 0}"#, "got position 0, expected a position tolerance of more than 0 [m]"),
+        (r#"{"link": "tool", "position": 0}"#, "got position 0, expected a position tolerance of 1e-9 to 1e9 [m]"),
         (r#"{"link": "tool", "rotation": -1}"#, "got rotation -1"),
         (r#"{"link": "tool", "position": null, "rotation": null}"#, "got neither position nor rotation"),
         (r#"{"link": "tool", "axis": [0, 0, 0]}"#, "got axis [0.0, 0.0, 0.0], expected three finite numbers"),
@@ -198,6 +198,9 @@ fn what_makes_no_sense_is_named() {
         let message = KeptLink::from_text(world.scene(), text).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");
     }
+    let pose = crate::math::Pose::at([f64::NAN, 0.0, 0.0]);
+    let refused = KeptLink::link(1).pose(pose).check().unwrap_err().to_string();
+    assert!(refused.contains("got a pose, expected finite numbers, and a rotation"), "{refused}");
     let both = KeptLink::from_text(world.scene(), r#"[{"link": "tool"}, {"link": "upper", "relative_to": "tool"}]"#);
     assert_eq!(both.unwrap().len(), 2);
     let refused = KeptLink::link(99).check_links(world.scene()).unwrap_err().to_string();

@@ -86,6 +86,10 @@ fn gradient(
     metric_scratch: &mut MetricScratch,
     answer: &mut Answer,
 ) {
+    // A kept link may be off though the witness is no farther than the query.
+    if answer.depth == 0.0 {
+        return;
+    }
     let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
     let metric = context.metric;
     // The distance is symmetric: half the squared distance from the witness has this gradient at

@@ -16,7 +16,7 @@ const SHARES: [f64; 4] = [1.0, 0.4, 1.0, 0.15];
 /// of the space's diameter.
 const ALIKE_SHARE: f64 = 0.1;
 const ZERO_SHARE: f64 = 0.03;
-/// Starts beyond this multiple of the nearest depth are not tried.
+/// Starts beyond this multiple of the depth to beat are not tried.
 const MAX_DEPTH_FACTOR: f64 = 1.2;
 
 /// Descends from a configuration that keeps the links; returns whether there was one. The first
@@ -25,7 +25,7 @@ pub fn from_kept(search: &mut Search, number: usize) -> bool {
     if number == 0 {
         search.known.kept = draw(search);
     }
-    let most = MAX_DEPTH_FACTOR * search.known.exits.depth();
+    let most = MAX_DEPTH_FACTOR * search.known.ceiling();
     let Some((_, config)) = search.known.kept.get(number).filter(|(distance, _)| *distance <= most).cloned() else {
         return false;
     };
@@ -41,14 +41,22 @@ fn draw(search: &mut Search) -> Vec<(f64, Vec<f64>)> {
     let (halton, mut drawn) = (Halton::new(space.nv(), 0), vec![0.0; space.nq()]);
     let turning: Vec<&Factor> = space.factors().iter().filter(|factor| turns_whole(scene, factor)).collect();
     let mut found = Vec::new();
-    for index in 0..search.plan.kept_draws {
+    for index in 0..=search.plan.kept_draws {
+        if search.evaluator.is_spent() {
+            break;
+        }
         halton.config(space, index as u64, &mut drawn);
         let mut config = drawn.clone();
-        space.interpolate(&known.rest, &drawn, SHARES[index % SHARES.len()], &mut config);
+        // The first is the query itself, which may be off.
+        let share = if index == 0 { 0.0 } else { SHARES[index % SHARES.len()] };
+        space.interpolate(&known.rest, &drawn, share, &mut config);
         context.hold(&known.rest, &mut config);
         if search.evaluator.project(context, &mut config) {
             turning.iter().for_each(|factor| unwind(factor, &known.anchor.q, &mut config));
-            found.push((search.evaluator.distance(context, &known.anchor, &config), config));
+            let distance = search.evaluator.distance(context, &known.anchor, &config);
+            if distance > 0.0 {
+                found.push((distance, config));
+            }
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
