@@ -30,7 +30,7 @@ class Hands:
     rotation: Union[str, Sequence[str]] = "rotation"
     joints: Union[str, Mapping[str, str]] = "joints"
     names: Optional[Sequence[str]] = None
-    rotation_as: str = "matrix"
+    rotation_as: grasps.Rotation = "matrix"
     base: Optional[str] = None
     ignore: Sequence[str] = ()
 
