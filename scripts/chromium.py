@@ -111,6 +111,15 @@ class Browser:
         """Opens a page, and waits until it is loaded."""
         self.errors, self.requests, self.loaded = [], [], False
         self.ask("Page.navigate", url=address)
+        self.wait()
+
+    def reload(self) -> None:
+        """Opens the page again, and waits until it is loaded. What a page is asked before that is lost with the old one."""
+        self.loaded = False
+        self.ask("Page.reload")
+        self.wait()
+
+    def wait(self) -> None:
         until = time.monotonic() + PATIENCE
         while not self.loaded:
             self.next(until)
