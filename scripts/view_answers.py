@@ -1,9 +1,9 @@
 """Checks that pages of the built-in scenes open on their answers, and that everybody can read and use them. Called by check-view.py."""
-from __future__ import os
-import annotations
+from __future__ import annotations
 
 import itertools
 import json
+import os
 from pathlib import Path
 from typing import Any
 
