@@ -6,7 +6,6 @@
     python3 bench/applications open          open scenes, beside OMPL's RRTConnect
     python3 bench/applications repair        straight paths that collide, and planned paths after an obstacle moved
     python3 bench/applications clip          clips of a humanoid, repaired frame by frame, judged by pinocchio and coal
-    python3 bench/applications keep          queries that hold the tool, beside many other starts
     python3 bench/applications judged        edges of all motions, judged by pinocchio and coal
     ... --quick                              few of each; writes nothing
 
@@ -26,13 +25,12 @@ import numpy as np  # noqa: E402
 import clips  # noqa: E402
 import edges  # noqa: E402
 import escapes  # noqa: E402
-import held  # noqa: E402
 import paths  # noqa: E402
 import repairs  # noqa: E402
 from page import put  # noqa: E402
 
 PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "benchmarks" / "motion.md"
-PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "keep": held.table, "judged": edges.judged, "clip": clips.clips}
+PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "judged": edges.judged, "clip": clips.clips}
 
 
 def main():
