@@ -44,7 +44,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     answer.lower_bound = bound.max(beyond).min(answer.depth);
     answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
     if answer.lower_bound == 0.0 {
-        answer.unproved = Some(why_unproved(context, anchor, &answer.colliding, &mut evaluator.check));
+        answer.unproved = Some(why_unproved(context, &anchor.q, answer, &mut evaluator.check));
     }
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
@@ -63,17 +63,12 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     answer.checks = evaluator.checks;
 }
 
-fn why_unproved(
-    context: &Context,
-    Anchor { q, poses, .. }: &Anchor,
-    colliding: &[PairId],
-    check: &mut CheckScratch,
-) -> Unproved {
-    if colliding.is_empty() && context.kept.iter().any(|link| link.excess(poses) > 1.0) {
+fn why_unproved(context: &Context, q: &[f64], answer: &Answer, check: &mut CheckScratch) -> Unproved {
+    if answer.colliding.is_empty() && !answer.off.is_empty() {
         return Unproved::Off;
     }
     let mut has_inside = false;
-    context.checker.inner_pairs(q, colliding, check, &mut |_| has_inside = true);
+    context.checker.inner_pairs(q, &answer.colliding, check, &mut |_| has_inside = true);
     if has_inside { Unproved::Shallow } else { Unproved::Surfaces }
 }
 
