@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -1129,6 +1130,16 @@ struct DistanceRow {
     std::vector<double> gradient;
 };
 
+/// How far a configuration is from the boundary of the free ones.
+struct SignedDistance {
+    /// Distance, proved bound and pair.
+    ExtricateSignedDistance numbers;
+    /// The nearest free configuration, or the nearest in contact; nan if there is none.
+    std::vector<double> witness;
+    /// Derivative of the distance over the tangent coordinates.
+    std::vector<double> gradient;
+};
+
 /// Answers queries of a scene with options that stay between calls, and checks configurations. Any number of
 /// threads may use one solver; only set_options() needs a solver for itself.
 class Solver {
@@ -1171,6 +1182,32 @@ public:
         double distance = std::nan("");
         detail::succeeded(extricate_distance(solver_.get(), q.data(), q.size(), &distance));
         return distance;
+    }
+    /// Radius of a ball around a configuration, in the scene's metric, in which everything within the limits is
+    /// proved free; 0 if the configuration is not free.
+    [[nodiscard]] double free_radius(Config q) const {
+        double radius = std::nan("");
+        detail::succeeded(extricate_free_radius(solver_.get(), q.data(), q.size(), &radius));
+        return radius;
+    }
+    /// How far each of the consecutive configurations in `rows` is from the boundary of the free ones, on several
+    /// threads (0: one per core). Free configurations farther than `within` are far enough; see
+    /// extricate_signed_distances().
+    [[nodiscard]] std::vector<SignedDistance> signed_distances(Config rows, double within = std::numeric_limits<double>::infinity(),
+                                                               std::size_t threads = 0) const {
+        std::size_t count = 0;
+        if (!scene_.counts(rows, count)) return {};
+        const std::size_t nq = scene_.nq(), nv = scene_.nv();
+        std::vector<ExtricateSignedDistance> found(count);
+        std::vector<double> witnesses(count * nq), gradients(count * nv);
+        const Status status = extricate_signed_distances(solver_.get(), rows.data(), count, nq, nv, within, threads, found.data(),
+                                                         witnesses.data(), gradients.data());
+        std::vector<SignedDistance> all;
+        if (!detail::succeeded(status)) return all;
+        for (std::size_t at = 0; at < count; ++at)
+            all.push_back({found[at], std::vector<double>(&witnesses[at * nq], &witnesses[at * nq] + nq),
+                           std::vector<double>(&gradients[at * nv], &gradients[at * nv] + nv)});
+        return all;
     }
     /// Signed distances of all checked pairs [m], in their order.
     [[nodiscard]] std::vector<double> pair_distances(Config q) const {

@@ -11,7 +11,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use extricate::{ConfigSpace, LoadLimit, LoadLimits, LoadOptions, QueryOptions, Termination, Toward};
 
 use crate::commands::{
-    check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
+    check, demo, distance, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
 };
 use crate::input::Configs;
 
@@ -127,6 +127,8 @@ pub enum Command {
     Learn(learn::LearnArgs),
     /// Find the free configuration nearest to each given one
     Query(query::QueryArgs),
+    /// Measure how far configurations are from the boundary of the free ones, with a proved bound
+    Distance(distance::DistanceArgs),
     /// Release a hand whose fingers penetrate the object that it holds, and keep its contacts
     Grasp(grasp::GraspArgs),
     /// Print a script that lets a shell complete the command line

@@ -58,6 +58,7 @@ pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, Rel
 pub use applications::motion::{
     Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
 };
+pub use applications::signed_distance::SignedDistance;
 pub use applications::stream::{Stream, StreamOptions};
 pub use collision::{CheckScratch, Checker, Contact, DistanceRow, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};

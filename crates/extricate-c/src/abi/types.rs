@@ -340,6 +340,26 @@ pub struct ExtricateKeptError {
     pub rotation: f64,
 }
 
+/// How far a configuration is from the boundary of the free ones.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtricateSignedDistance {
+    /// Distance to the witness, in the scene's metric: negative if the configuration collides, else
+    /// 0 or more. Infinity if nothing in contact was found, or nothing near enough; nan if the
+    /// configuration collides and nothing free was found.
+    pub distance: f64,
+    /// Proved bound of the same sign: nothing nearer than this is on the other side; nan as
+    /// `distance`.
+    pub bound: f64,
+    /// A pair that collides, or for a free configuration the pair that touches at the witness.
+    /// Both indices are SIZE_MAX if there is none.
+    pub pair: ExtricatePair,
+    /// Configurations at which the exact checker evaluated anything.
+    pub checks: u64,
+    /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    pub cut_short: bool,
+}
+
 /// A contact of two bodies at a witness, in world coordinates.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -135,6 +135,16 @@ class _Calls:
         free_radius: bool = False,
         limits: LimitRule = "forgive",
     ) -> Optional[Answer]: ...
+    def signed_distance(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        within: Optional[float] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> Any: ...
+    def free_radius(self, Q: npt.ArrayLike, *, threads: int = 0) -> Any: ...
     def show(
         self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
         live: bool = False, **options: Unpack[_QueryKeywords],

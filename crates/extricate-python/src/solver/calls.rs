@@ -16,6 +16,7 @@ use crate::motion::{escape, plan, release, repair};
 use crate::queries;
 use crate::queries::batch;
 use crate::queries::page::{self, Shown};
+use crate::queries::signed_distance;
 use crate::scene::Scene;
 
 /// Defines the shared calls for a class; `batch` is the name of its call for many queries.
@@ -131,6 +132,58 @@ macro_rules! calls {
                 options: Option<&Bound<'py, PyDict>>,
             ) -> PyResult<Bound<'py, PyAny>> {
                 batch::answers(self.handle(), Q, options)
+            }
+
+            /// Computes how far each of Q is from the boundary of the free configurations, in the
+            /// scene's metric: minus the depth for one that collides, else the distance to the
+            /// nearest one in contact. Limits of joints are no contacts.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one; beyond limits as in `query`.
+            /// within: a distance beyond which a free configuration is far enough: the search ends
+            ///     once nothing is proved to touch within it. None searches on.
+            /// max_checks, max_seconds: limits at which to stop early, for each row.
+            /// threads: 0 for one per core.
+            ///
+            /// Returns a structured array (n,), or a record for one, with the fields
+            /// distance (negative inside, inf if nothing in contact was found, or none within
+            /// `within`), bound (proved, of the same sign: nothing nearer is on the other side),
+            /// witness (nq,) (the nearest free configuration, or the nearest in contact, which is
+            /// free and just touches; nan if there is none), gradient (nv,) (of the distance; unit
+            /// in the metric), pair (index into `pairs`: one that collides, or that touches at the
+            /// witness; -1 if there is none), checks and cut_short. If a row collides and nothing
+            /// free was found, its numbers are nan, and the call warns as `query` does.
+            ///
+            /// The true distance of a free row lies between bound and distance.
+            ///
+            /// Raises ValueError for a wrong shape, values that are not finite, options that make
+            /// no sense.
+            #[pyo3(signature = (Q, *, within = None, max_checks = None, max_seconds = None, threads = 0))]
+            #[allow(non_snake_case)]
+            fn signed_distance<'py>(
+                &self,
+                Q: &Bound<'py, PyAny>,
+                within: Option<f64>,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+                threads: i64,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                signed_distance::signed_distance(self.handle(), Q, (within, max_checks, max_seconds, threads))
+            }
+
+            /// Proves how far around each of Q everything is free, in the scene's metric. It is
+            /// about the bound of `signed_distance`, without the search for a contact.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one.
+            /// threads: 0 for one per core.
+            ///
+            /// Returns float64 (n,), or a float for one: every configuration nearer than this that
+            /// is within the limits is free; 0 for one that is not free.
+            ///
+            /// Raises ValueError for a wrong shape and values that are not finite.
+            #[pyo3(signature = (Q, *, threads = 0))]
+            #[allow(non_snake_case)]
+            fn free_radius<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyAny>> {
+                signed_distance::free_radius(self.handle(), Q, threads)
             }
 
             /// Makes a `Stream`, for queries that follow each other closely, as from a simulation:

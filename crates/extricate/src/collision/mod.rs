@@ -21,7 +21,7 @@ pub mod shapes;
 
 pub use answers::{
     DistanceRow, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
-    signed_distances, signed_distances_of,
+    signed_distance_below, signed_distances, signed_distances_of,
 };
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};

@@ -22,7 +22,7 @@ use crate::query::prepared::Prepared;
 use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, nearest_exit_under, query};
 use crate::scene::Scene;
 pub use batch::Answered;
-use batch::in_blocks;
+pub(crate) use batch::in_blocks;
 pub(crate) use memory::Memory;
 pub use sampling::Sampler;
 use shared::{Learned, Shared};

@@ -13,7 +13,8 @@ mod solids;
 pub use jacobian::DistanceRow;
 pub use never_free::{disable_list, misses_allowed};
 pub use pair_answers::{
-    always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of,
+    always_colliding, contacts_within, most_often_colliding, signed_distance_below, signed_distances,
+    signed_distances_of,
 };
 
 use crate::collision::checker::{CheckScratch, Checker};
