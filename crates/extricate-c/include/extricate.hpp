@@ -736,6 +736,8 @@ struct Options {
     std::vector<std::string> locked;
     std::vector<std::string> free;
     std::string keep;
+    /// Pairs of bodies that have to touch at the witness, by their names: their distance is then at most 0.5 mm beyond the clearance.
+    std::vector<std::array<std::string, 2>> touch;
     std::vector<Weight> weights;
     std::vector<double> toward;
     double toward_share = 0.25;
@@ -750,6 +752,8 @@ namespace detail {
 class RawOptions {
 public:
     RawOptions(const Options& options, std::function<bool()>* stop) : locked_(pointers(options.locked)), free_(pointers(options.free)) {
+        for (const auto& pair : options.touch)
+            for (const std::string& name : pair) touch_.push_back(name.c_str());
         for (const Weight& one : options.weights)
             weights_.push_back(ExtricateWeight{one.joint.c_str(), one.translation, one.rotation});
         extricate_options_init(&raw_);
@@ -769,6 +773,8 @@ public:
         raw_.free = free_.data();
         raw_.free_count = free_.size();
         raw_.keep = options.keep.empty() ? nullptr : options.keep.c_str();
+        raw_.touch = touch_.data();
+        raw_.touch_count = touch_.size();
         raw_.weights = weights_.data();
         raw_.weight_count = weights_.size();
         raw_.toward = options.toward.data();
@@ -783,7 +789,7 @@ public:
 
 private:
     ExtricateOptions raw_;
-    std::vector<const char*> locked_, free_;
+    std::vector<const char*> locked_, free_, touch_;
     std::vector<ExtricateWeight> weights_;
 };
 }  // namespace detail

@@ -273,6 +273,12 @@ pub fn length(text: &str) -> Result<f64, String> {
     checked(real(text)?, QueryOptions::clearance)
 }
 
+/// Parses a distance in metric units.
+pub fn above_zero(text: &str) -> Result<f64, String> {
+    let value = real(text)?;
+    if value > 0.0 { Ok(value) } else { Err("expected a number above 0".into()) }
+}
+
 /// Parses a whole number, written with digits, or with an exponent as in `1e4` or `2.5e3`.
 fn whole_number(text: &str) -> Option<u64> {
     if let Ok(value) = text.parse() {

@@ -9,7 +9,7 @@ use clap::Args;
 use extricate::{Config, QueryOptions, Scene, SignedDistance};
 use serde::Serialize;
 
-use crate::args::{self, InputArgs, LoadArgs, length, seconds, whole};
+use crate::args::{self, InputArgs, LoadArgs, above_zero, seconds, whole};
 use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
@@ -40,7 +40,7 @@ pub struct DistanceArgs {
     input: InputArgs,
     /// End the search for a free configuration once nothing is proved to touch within this
     /// distance, in the scene's metric
-    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D", value_parser = above_zero, allow_negative_numbers = true)]
     within: Option<f64>,
     /// Give up on a configuration after about this many checks
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]

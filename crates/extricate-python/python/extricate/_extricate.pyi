@@ -103,6 +103,7 @@ class _QueryKeywords(TypedDict, total=False):
     locked: Optional[Sequence[str]]
     free: Optional[Sequence[str]]
     keep: Optional[_Keep]
+    touch: Optional[Sequence[Tuple[str, str]]]
     weights: Optional[_Weights]
     toward: Optional[npt.ArrayLike]
     toward_share: float
@@ -129,6 +130,7 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -167,6 +169,7 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         free_radius: bool = False,
         limits: LimitRule = "forgive",
@@ -323,6 +326,7 @@ class Scene(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -403,6 +407,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -426,6 +431,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -458,6 +464,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -488,6 +495,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,

@@ -2,7 +2,7 @@
 
 use extricate::entries::PoseEntry;
 use extricate::{
-    Config, Error, KeptLink, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward,
+    Config, Error, KeptLink, PairId, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -90,6 +90,7 @@ impl CallOptions {
         options.clearance = given.get("clearance")?;
         options.locked = given.locked(scene)?;
         options.keep = given.keep(scene)?;
+        options.touch = given.touch(scene)?;
         options.toward = given.toward(scene)?;
         options.termination.max_checks = given.whole("max_checks")?;
         options.termination.max_seconds = given.get("max_seconds")?;
@@ -268,6 +269,14 @@ impl<'py> Given<'py> {
             };
         }
         Ok(Vec::new())
+    }
+
+    /// Reads the pairs of bodies that have to touch.
+    fn touch(&self, scene: &Scene) -> PyResult<Vec<PairId>> {
+        let Some(value) = self.value("touch")? else { return Ok(Vec::new()) };
+        let pairs: Vec<(String, String)> = extracted("touch", &value)?;
+        let named = |(a, b): &(String, String)| scene.pair_named("touch", [a, b]).map_err(exception);
+        pairs.iter().map(named).collect()
     }
 
     /// Reads the kept links: a name, a mapping, or a sequence of mappings.

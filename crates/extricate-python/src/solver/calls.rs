@@ -61,6 +61,9 @@ macro_rules! calls {
             ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link
             ///     in whose coordinates the pose is kept; with "axis" (3,), only this axis of the
             ///     link keeps its direction. See `Answer.kept`.
+            /// touch: pairs of names of bodies, as [("foot", "ground")], that have to touch at the
+            ///     witness: their distance is at most 0.5 mm beyond the clearance. None is found if
+            ///     they cannot.
             /// weights: by joint, weights of squared displacements in place of the scene's, in the
             ///     joint metric; the search then ignores what was learned.
             /// toward, toward_share: a configuration and a share. Among exits that are farther than
@@ -79,7 +82,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape, values that are not finite, options that make
             /// no sense.
-            #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+            #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
             fn query<'py>(
                 slf: &Bound<'py, Self>,
                 q: &Bound<'py, PyAny>,
@@ -98,8 +101,8 @@ macro_rules! calls {
             ///     many checks.
             /// contacts: whether to report the pairs that collide and that touch; with effort
             ///     "nearest" that takes longer than to find the witness.
-            /// clearance, locked, free, keep, weights, toward, toward_share, free_radius, limits:
-            ///     as in `query`, for each row.
+            /// clearance, locked, free, keep, touch, weights, toward, toward_share, free_radius,
+            ///     limits: as in `query`, for each row.
             /// errors: "raise", or "mask": a row that is no configuration gets a depth of nan, and
             ///     the others are answered as usual.
             /// threads: 0 for one per core.
@@ -124,7 +127,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape or values that are not finite, before it answers
             /// any row; the message names the row.
-            #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+            #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
             #[allow(non_snake_case)]
             fn $batch<'py>(
                 &self,
@@ -190,7 +193,8 @@ macro_rules! calls {
             /// each is warm-started from the one before.
             ///
             /// options, effort, gap, starts, max_checks, max_seconds, segment, contacts, clearance,
-            ///     locked, free, keep, weights, free_radius, limits: as in `query`, for each frame.
+            ///     locked, free, keep, touch, weights, free_radius, limits: as in `query`, for each
+            ///     frame.
             /// hysteresis: keep the exit of the last frame until another one is nearer by more than
             ///     this share of its depth; 0 always takes the nearest.
             /// starts_per_frame: number of starts that each frame tries for a nearer exit, besides
@@ -200,7 +204,7 @@ macro_rules! calls {
             ///     while another exit is nearer (`Answer.nearest`), or while the query is free. It
             ///     aims at `clearance`, by default 0.5 mm more than the scene's; hysteresis has no
             ///     effect.
-            #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, free_radius=False, limits='forgive')")]
+            #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, free_radius=False, limits='forgive')")]
             fn stream(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
                 Stream::new(py, self.handle(), options)
             }

@@ -260,3 +260,36 @@ fn many_are_measured_as_one_and_locked_joints_stay() {
         assert!(own.distance.abs() > 0.85 * whole, "{q:?}: {} {whole}", own.distance);
     }
 }
+
+/// The nearest configuration that touches an obstacle is on its boundary, whether the query
+/// collides or not; another obstacle in the way is gone around.
+#[test]
+fn pairs_that_have_to_touch_do() {
+    let round = "[[obstacle]]\nname = \"round\"\nshape = { sphere = 0.3 }\npose = { xyz = [0, 0, 0] }\n";
+    let block = "[[obstacle]]\nname = \"block\"\nshape = { box = [0.2, 2, 2] }\npose = { xyz = [0.7, 0, 0] }\n";
+    let one = carried_ball(round);
+    let both = carried_ball(&format!("{round}{block}"));
+    let touching = |solver: &Solver, names: [&str; 2]| {
+        let pair = solver.scene().pair_named("touch", names).unwrap();
+        solver.clone().options(QueryOptions::default().touch(vec![pair])).unwrap()
+    };
+    let (one, both) = (touching(&one, ["round", "ball"]), touching(&both, ["ball", "block"]));
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..60 {
+        let q: [f64; 3] = std::array::from_fn(|_| rng.random::<f64>() * 1.2 - 0.6);
+        let config = one.scene().space.config(&q).unwrap();
+        let expected = (q.iter().map(|x| x * x).sum::<f64>().sqrt() - 0.4).abs();
+        let answer = one.query(&config).unwrap_or_else(|| panic!("{q:?} cannot touch"));
+        assert!((answer.depth - expected).abs() < 1e-3, "{q:?} {answer:?}");
+        let far = one.distance(&answer.witness);
+        assert!(one.check(&answer.witness) && far <= 1e-4 + 5e-4, "{q:?}: {far}");
+        assert!(answer.lower_bound <= answer.depth);
+        let answer = both.query(&config).unwrap_or_else(|| panic!("{q:?} cannot touch both"));
+        // The ball touches the block with its centre at x = 0.5, and is free of the other there.
+        let from_block = (0.5 - q[0]).abs();
+        assert!((answer.witness[0] - 0.4995).abs() < 1e-3, "{q:?} {answer:?}");
+        assert!(both.check(&answer.witness) && answer.depth < from_block + 1e-3, "{q:?} {answer:?}");
+    }
+    let unknown = one.scene().pair_named("touch", ["ball", "sky"]).unwrap_err().to_string();
+    assert!(unknown.contains("sky") && unknown.contains("round"), "{unknown}");
+}

@@ -60,7 +60,7 @@ impl Subproblem {
             let row = &mut self.qp.push(0.0)[..nv];
             contact.add_gradient(scene, &self.twists, row);
             row.iter_mut().for_each(|slope| *slope = -*slope);
-            self.bound_last_row(contact.distance - context.touching.most);
+            self.bound_last_row(contact.distance - context.touching.aim);
         }
         let rows = self.qp.rows();
         self.kept.push(&mut self.qp, nv);

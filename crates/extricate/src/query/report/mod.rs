@@ -37,6 +37,13 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     // configuration.
     context.metric.anchor(&answer.witness, far_anchor);
     answer.kept.extend(context.kept.iter().map(|link| link.error(&far_anchor.poses)));
+    if context.touching.are_required {
+        let beyond = context.touching.most - context.clearance;
+        for pair in context.touching.pairs {
+            let position = evaluator.gap(context, &answer.witness, *pair) + beyond;
+            answer.push_gap(position);
+        }
+    }
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
     let bound = proof.bound(context, anchor, answer.depth, &mut evaluator.check);
