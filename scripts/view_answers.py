@@ -109,10 +109,16 @@ def check_clouds(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     times = page.run(f"""(() => [10, 20, 30, 40, 50].map(percent => {{
         const began = performance.now(), {{ stage, controls }} = extricate, gl = stage.renderer.getContext();
         controls.go(percent);
-        stage.draw();
+        stage.drawAt(false);
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
         return performance.now() - began;
     }}))()""")
+    page.run("new Promise(done => setTimeout(done, 1000))")
+    frames = page.run("""new Promise(done => {
+        const { render } = extricate.stage.renderer.info, before = render.frame;
+        setTimeout(() => done(render.frame - before), 500);
+    })""")
+    expect(frames == 0, f"{frames} pictures are drawn while nothing moves")
     page.picture(pictures / "clouds.png")
     check_clean(page, "clouds", address)
     print(f"clouds: {sum(counts):,} centres, {(extricate.folder / 'clouds.html').stat().st_size / 1e6:.2f} MB, a picture takes {sorted(times)[2]:.0f} ms")

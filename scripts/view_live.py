@@ -42,8 +42,9 @@ PUSH = """(() => {
 
 
 # One step of dragging, until the picture is drawn too.
-TURN_DRAWN = TURN.replace("return [", """extricate.stage.draw();
-    extricate.stage.renderer.getContext().finish();
+TURN_DRAWN = TURN.replace("return [", """const { stage } = extricate, gl = stage.renderer.getContext();
+    stage.drawAt(false);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     return [""")
 
 

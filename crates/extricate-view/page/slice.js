@@ -20,12 +20,17 @@ function cellsOf({ states, cells }) {
     return image;
 }
 
+// The cells of the slice that was drawn last, in its colours.
+const drawnCells = {};
+
 function drawCells(context, slice, size) {
-    const cells = document.createElement("canvas");
-    cells.width = cells.height = slice.cells;
-    cells.getContext("2d").putImageData(cellsOf(slice), 0, 0);
+    if (drawnCells.slice !== slice || drawnCells.colours !== sliceColours()) {
+        const image = element("canvas", { width: slice.cells, height: slice.cells });
+        image.getContext("2d").putImageData(cellsOf(slice), 0, 0);
+        Object.assign(drawnCells, { slice, colours: sliceColours(), image });
+    }
     context.imageSmoothingEnabled = false;
-    context.drawImage(cells, 0, 0, size, size);
+    context.drawImage(drawnCells.image, 0, 0, size, size);
 }
 
 function drawRing(context, points, at, dash, width) {

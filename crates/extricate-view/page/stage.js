@@ -33,7 +33,19 @@ function geometryOf({ low, side, vertices, triangles, wide }) {
 function material(colour, opacity) {
     return new THREE.MeshLambertMaterial({
         color: colour, opacity, transparent: opacity < 1, depthWrite: opacity === 1, flatShading: true, side: THREE.DoubleSide,
+        // Without this, what is translucent is drawn twice, and its shader is looked up anew for every picture.
+        forceSinglePass: true,
     });
+}
+
+// Milliseconds without a change after which a picture is at rest.
+const REST = 250;
+
+// Whether pictures are drawn by the processor, which is too slow for smooth edges while something moves.
+function isDrawnByProcessor() {
+    const gl = element("canvas").getContext("webgl2");
+    const info = gl && gl.getExtension("WEBGL_debug_renderer_info");
+    return !!info && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
 }
 
 // Points or voxels: solids, or squares if they are many.
@@ -73,8 +85,9 @@ class Stage {
         this.world.background = new THREE.Color(COLOURS.back);
         this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
         this.camera.up.set(0, 0, 1);
-        this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+        this.isSlow = isDrawnByProcessor();
+        this.renderer = new THREE.WebGLRenderer({ antialias: !this.isSlow });
+        this.sharpen(true);
         const picture = this.renderer.domElement;
         host.append(picture);
         picture.tabIndex = 0;
@@ -168,8 +181,9 @@ class Stage {
                 const look = made.mesh.material;
                 look.color.set(isHit ? COLOURS.hit : isFree ? COLOURS.free : COLOURS.plain);
                 look.opacity = isDim ? 0.12 : 1;
-                look.transparent = isDim;
-                look.depthWrite = !isDim;
+                const isThin = !!isDim;
+                // The shader of what is solid takes no opacity.
+                if (look.transparent !== isThin) Object.assign(look, { transparent: isThin, depthWrite: !isThin, needsUpdate: true });
                 continue;
             }
             // A cloud that collides in one place keeps its colour, unless its pair is lit.
@@ -314,7 +328,20 @@ class Stage {
     render() {
         if (this.due) return;
         this.due = true;
-        requestAnimationFrame(() => this.draw());
+        requestAnimationFrame(() => this.drawAt(false));
+        clearTimeout(this.later);
+        if (this.isSlow) this.later = setTimeout(() => this.drawAt(true), REST);
+    }
+
+    drawAt(isSharp) {
+        this.sharpen(isSharp);
+        this.draw();
+    }
+
+    // A graphics card always draws as many pixels as the screen has. The processor draws one for each of the page, or four.
+    sharpen(isSharp) {
+        const ratio = !this.isSlow ? Math.min(devicePixelRatio, 2) : isSharp ? 2 : 1;
+        if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
     }
 
     draw() {

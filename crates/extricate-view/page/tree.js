@@ -14,9 +14,7 @@ function depthOf(frame) {
 }
 
 function makeTree(stage, changed) {
-    const shown = Object.fromEntries(Object.keys(LAYERS).map(name => [name, true]));
     const layers = Object.entries(LAYERS).map(([name, text]) => checkbox(text, true, isOn => {
-        shown[name] = isOn;
         stage.layers[name].visible = isOn;
         changed();
     }));
@@ -36,5 +34,4 @@ function makeTree(stage, changed) {
         });
     });
     byId("bodies").append(details);
-    return shown;
 }

@@ -141,7 +141,11 @@ function makeScale(stage) {
     const text = element("span");
     byId("scale").append(canvas, text);
     const context = canvas.getContext("2d");
+    let shown = "";
     return () => {
+        const now = [stage.layers.grid.visible, stage.cell, ...stage.camera.quaternion.toArray()].join();
+        if (now === shown) return;
+        shown = now;
         text.textContent = stage.layers.grid.visible ? `squares of ${digits(stage.cell)} m` : "";
         context.clearRect(0, 0, 2 * side, 2 * side);
         const axes = [["x", 1, 0, 0, "#c24e00"], ["y", 0, 1, 0, "#00866b"], ["z", 0, 0, 1, "#2f86c1"]].map(([name, x, y, z, colour]) => {

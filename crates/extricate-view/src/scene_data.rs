@@ -22,8 +22,6 @@ pub struct SceneData<'a> {
     /// Unit of the metric's distances.
     unit: &'static str,
     metric: &'static str,
-    /// Least distance of checked pairs \[m\].
-    clearance: f64,
     joints: Vec<JointData<'a>>,
     factors: &'a [Factor],
     frames: Vec<FrameData>,
@@ -85,7 +83,6 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     SceneData {
         unit: metric_unit(scene),
         metric: scene.metric().name(),
-        clearance: scene.clearance(),
         joints: scene
             .joints()
             .iter()
