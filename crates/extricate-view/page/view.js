@@ -46,9 +46,9 @@ function trialOf(stage, hit) {
             made.mesh.material = !isTrial ? made.look : !made.moves ? looks.veil : hit.has(made.at) ? looks.hit : looks.other;
             if (made.edges) made.edges.visible = !isTrial;
         }
-        for (const name of ["ghost", "target", "contacts", "grid"]) {
-            if (isTrial) wasShown[name] = stage.layers[name].visible;
-            stage.layers[name].visible = !isTrial && wasShown[name];
+        for (const [name, layer] of Object.entries(stage.layers)) {
+            if (isTrial) wasShown[name] = layer.visible;
+            layer.visible = isTrial ? ["solid", "obstacles"].includes(name) : wasShown[name];
         }
         stage.world.background.set(isTrial ? 0 : COLOURS.back);
     };

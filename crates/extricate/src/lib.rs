@@ -90,11 +90,12 @@ pub mod geometry {
 
 /// Parts of a [`Scene`], and records about them.
 pub mod parts {
-    pub use crate::collision::{disable_list, misses_allowed};
+    pub use crate::collision::{StandIns, disable_list, misses_allowed};
     pub use crate::cspace::Factor;
     pub use crate::robot::formats::from_arrays;
     pub use crate::robot::mesh::Component;
     pub use crate::robot::packages::PackageSearch;
+    pub use crate::scene::assemble::Visual;
     pub use crate::scene::drawing::Seated;
     pub use crate::scene::mesh_counts::MeshCount;
     pub use crate::scene::named_configs::NamedConfig;
@@ -117,8 +118,8 @@ pub mod files {
     #[cfg(feature = "moveit")]
     pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
     pub use crate::io::{
-        GrowingFile, OutputLock, check_not_read, check_output, check_regular, find_package, is_same_output, load_world,
-        load_world_text, write_atomically, write_together,
+        GrowingFile, OutputLock, check_not_read, check_output, check_regular, find_package, is_same_output,
+        load_visuals, load_world, load_world_text, write_atomically, write_together,
     };
     #[cfg(feature = "model-files")]
     pub use crate::io::{check_model_output, check_roadmap_output, load_roadmap, save_roadmap};
