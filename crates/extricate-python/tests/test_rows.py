@@ -240,9 +240,25 @@ def test_a_run_is_of_one_input_one_mapper_and_one_block(planar: Scene, tmp_path:
     written(source, {"q": Q[:4]})
     with pytest.raises(ValueError, match="got output of another input"):
         rows.run(rows.Check(planar), [source, more], output, block=8)
+    (output / "part-000001.npz").unlink()
+    for read in (rows.read, lambda path: list(rows.batches(path, 4)), lambda path: rows.run(rows.Check(planar), path, tmp_path / "next.npz")):
+        with pytest.raises(ValueError, match="out.npz: got 3 of 4 blocks, expected the output of a run that is done"):
+            read(output)
+    assert len(rows.read(sorted(output.glob("part-*")))["q"]) == 17
     (output / "_run.json").write_text("{}")
     with pytest.raises(ValueError, match="_run.json: KeyError"):
         rows.run(rows.Check(planar), [source, more], output, block=8)
+
+
+def test_another_mesh_of_the_same_name_is_another_object(tmp_path: pathlib.Path) -> None:
+    source, mesh = written(tmp_path / "in.npz", {"q": hands(4)}), tmp_path / "object.obj"
+    mesh.write_text(OBJECT)
+    release = rows.Release(Scene.builtin("hand"), object=extricate.Mesh(mesh))
+    rows.run(release, source, tmp_path / "out.npz")
+    assert rows.run(release, source, tmp_path / "out.npz") == rows.Done(4, 0, 0)
+    mesh.write_text(OBJECT.replace("0 0 0.1\n", "0 0 0.2\n"))
+    with pytest.raises(ValueError, match="got output of another mapper"):
+        rows.run(release, source, tmp_path / "out.npz")
 
 
 def test_arguments_and_files_are_checked(planar: Scene, tmp_path: pathlib.Path) -> None:
