@@ -6,6 +6,7 @@ import depth_image
 import extricate
 import moveit_scene
 import moving_obstacle
+import mujoco
 import mujoco_penetration
 import numpy as np
 import object_in_gripper
@@ -18,6 +19,7 @@ import pinocchio_projection
 import plot_plane
 import pytest
 import release_rows
+import resets
 import ros_bag
 import start_outside
 import toppra_times
@@ -66,6 +68,27 @@ def test_files_of_hands_are_released_in_every_place(tmp_path: pathlib.Path) -> N
     found = {place: release_rows.main(tmp_path, place, 600) for place in ("here", "processes", "dask")}
     for released in found.values():
         assert (released["row"] == np.arange(600)).all() and (released["config"] == found["here"]["config"]).all() and released["verified"].all()
+
+
+def test_resets_are_the_same_in_the_arrays_of_every_simulator() -> None:
+    mujoco_model, qpos, first, (root, joints), joint_q = resets.main()
+    data = mujoco.MjData(mujoco_model)
+
+    def penetrates(state: np.ndarray) -> bool:
+        data.qpos[:] = state
+        mujoco.mj_forward(mujoco_model, data)
+        return bool((data.contact.dist[: data.ncon] < 0).any())
+
+    before = np.array([penetrates(state) for state in qpos])
+    moved = (first != qpos).any(axis=1)
+    assert before.sum() > 20 and moved[before].all() and not any(penetrates(state) for state in first)
+    # Isaac Lab has both hips before the knees; Newton has w last.
+    assert np.allclose(joints[:, [0, 2, 1, 3]], first[:, 7:], atol=1e-9)
+    worlds = joint_q.reshape(len(qpos), -1)
+    assert np.allclose(worlds[:, 7:], first[:, 7:], atol=1e-9)
+    for positions, quaternions in ((root[:, :3], root[:, 3:]), (worlds[:, :3], worlds[:, [6, 3, 4, 5]])):
+        assert np.allclose(positions, first[:, :3], atol=1e-9)
+        assert np.abs((quaternions * first[:, 3:7]).sum(axis=1)) == pytest.approx(1, abs=1e-9)
 
 
 def test_a_start_beyond_a_limit_is_brought_back() -> None:

@@ -38,6 +38,9 @@ def test_a_free_query_is_moved_to_a_pose() -> None:
     assert "kept" in str(answer)
     rows = scene.query_batch(np.array([q, target]), keep={"link": link, "pose": pose})
     assert not rows["free"][0] and rows["free"][1]
+    moved = scene.query(q, keep={"link": link, "pose": pose})
+    assert moved is not None and rows["kept"].shape == (2, 1, 2)
+    assert rows["kept"][0].tolist() == [list(off) for off in moved.kept] and np.isnan(rows["kept"][1]).all()
 
 
 @pytest.mark.parametrize(

@@ -209,8 +209,11 @@ class Release(Mapper):
         self._object, self._objects = object, None if objects is None else os.path.abspath(objects)
 
     def _settings(self) -> Any:
-        held = self._object
-        return [self._options, held if isinstance(held, (str, type(None))) else [type(held).__name__, vars(held)], bool(self._objects)]
+        held: Any = self._object
+        if not isinstance(held, (str, type(None))):
+            # The scene with the object in it holds all that is in the object's files.
+            held = digest(None, self._solver().scene.with_obstacles([held]).__reduce__()[1][0])
+        return [self._options, held, bool(self._objects)]
 
     def _check(self, solver: Solver) -> None:
         held: Union[str, List[Obstacle]] = self._object if isinstance(self._object, str) else []
