@@ -28,6 +28,7 @@ cp crates/extricate-cli/README.md "$folder/"
 # Another machine's program cannot run here; what it would write is the same for each.
 if [ "$target" = "$host" ]; then
     for shell in bash elvish fish powershell zsh; do "$folder/extricate$suffix" completions "$shell" >"$folder/completions/extricate.$shell"; done
+    bash -n "$folder/completions/extricate.bash"
     "$folder/extricate$suffix" man "$folder/man"
     "$folder/extricate$suffix" demo --export "$folder/tried" >/dev/null
     rm -rf "$folder/tried"

@@ -48,7 +48,7 @@ crates() {
     # Built as their users build them, unless it has to be quick.
     local built=1
     [ "$EXTRICATE_PROFILE" != dev ] || built=
-    EXTRICATE_PACKAGES_BUILT=$built EXTRICATE_PROGRAM=${EXTRICATE_PROGRAM:-} scripts/check-packages.sh
+    EXTRICATE_PACKAGES_BUILT=$built scripts/check-packages.sh
 }
 
 wheels() {
