@@ -25,5 +25,8 @@ if [ -n "${EXTRICATE_SOURCE_ONLY:-}" ]; then
 else
     dpkg-buildpackage --no-check-builddeps --unsigned-source --unsigned-changes
     lintian --fail-on error --tag-display-limit 0 ../extricate_"$version"-1_*.deb
-    dpkg-deb --contents ../extricate_"$version"-1_*.deb | grep -E "usr/bin/extricate|doc/extricate/copyright|man1/extricate-query" >/dev/null
+    dpkg-deb --contents ../extricate_"$version"-1_*.deb >../contents
+    for name in usr/bin/extricate doc/extricate/copyright doc/extricate/third-party-licences.txt man1/extricate-query; do
+        grep -q "$name" ../contents || { echo "the package has no $name" >&2; exit 1; }
+    done
 fi

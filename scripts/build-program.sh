@@ -3,8 +3,8 @@
 #
 #     scripts/build-program.sh [TARGET] [FOLDER]          default: this machine's, target/programs
 #
-# Writes FOLDER/extricate-VERSION-TARGET.tar.gz, and .zip for Windows. Needs cargo and Python 3.9 or newer. cargo-cyclonedx is installed
-# if it is missing. EXTRICATE_PROFILE names the profile (default: dist).
+# Writes FOLDER/extricate-VERSION-TARGET.tar.gz, and .zip for Windows. Needs cargo and Python 3.9 or newer. EXTRICATE_PROFILE names the
+# profile (default: dist).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 host=$(rustc -vV | sed -n 's/^host: //p')
@@ -13,9 +13,6 @@ out=${2:-target/programs}
 profile=${EXTRICATE_PROFILE:-dist}
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 name=extricate-$version-$target
-tools=$PWD/target/tools
-export PATH="$tools/bin:$PATH"
-cargo cyclonedx --version >/dev/null 2>&1 || cargo install --quiet --locked --root "$tools" cargo-cyclonedx@0.5.9
 
 # The folder of the profile dev is called debug.
 built=${CARGO_TARGET_DIR:-target}/$target/${profile/#dev/debug}/extricate
@@ -26,25 +23,23 @@ rm -rf "$folder"
 mkdir -p "$folder/completions" "$folder/man" "$out"
 cp "$built$suffix" "$folder/"
 cp -L LICENSE-MIT LICENSE-APACHE CITATION.cff CHANGELOG.md "$folder/"
-cp crates/extricate-cli/README.md crates/extricate-view/page/three/LICENSE "$folder/"
-mv "$folder/LICENSE" "$folder/LICENSE-three.js"
+cp crates/extricate-cli/README.md "$folder/"
 
 # Another machine's program cannot run here; what it would write is the same for each.
 if [ "$target" = "$host" ]; then
     for shell in bash elvish fish powershell zsh; do "$folder/extricate$suffix" completions "$shell" >"$folder/completions/extricate.$shell"; done
+    bash -n "$folder/completions/extricate.bash"
     "$folder/extricate$suffix" man "$folder/man"
     "$folder/extricate$suffix" demo --export "$folder/tried" >/dev/null
     rm -rf "$folder/tried"
 fi
 
-# It writes the list beside each manifest that it meets.
-cargo cyclonedx --quiet --format json --manifest-path crates/extricate-cli/Cargo.toml --target "$target" --override-filename "$name.cdx"
-mv "crates/extricate-cli/$name.cdx.json" "$folder/extricate.cdx.json"
-rm -f crates/*/"$name.cdx.json"
-grep -q '"blake3"' "$folder/extricate.cdx.json" || { echo "the list of parts lacks blake3" >&2; exit 1; }
+python=python3
+"$python" -c "" 2>/dev/null || python=python
+"$python" scripts/list-parts.py extricate-cli --target "$target" --licences "$folder/LICENSE-third-party.txt" --sbom "$folder/extricate.cdx.json"
 
 if [ -n "$suffix" ]; then
-    python3 -c 'import shutil, sys; shutil.make_archive(sys.argv[1], "zip", *sys.argv[2:])' "$out/$name" "$(dirname "$folder")" "$name"
+    "$python" -c 'import shutil, sys; shutil.make_archive(sys.argv[1], "zip", *sys.argv[2:])' "$out/$name" "$(dirname "$folder")" "$name"
     echo "$out/$name.zip"
 else
     tar --create --gzip --owner=0 --group=0 --numeric-owner --file "$out/$name.tar.gz" --directory "$(dirname "$folder")" "$name" 2>/dev/null ||

@@ -16,6 +16,7 @@ rm -f "$out"/*.whl "$out"/*.tar.gz
 "$tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" ziglang auditwheel twine
 export PATH=$tools/bin:$PATH
 
+python3 scripts/list-parts.py extricate-python --licences crates/extricate-python/LICENSE-third-party.txt
 for target in ${EXTRICATE_WHEELS:-x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu}; do
     rustup target list --installed | grep -qx "$target" || rustup target add "$target"
     maturin build --locked --profile "${EXTRICATE_PROFILE:-dist}" --manifest-path "$manifest" --target "$target" --zig --compatibility manylinux2014 --out "$out"
@@ -31,7 +32,10 @@ for wheel in "$out"/*.whl; do
         '"manylinux_2_17_'*) echo "$(basename "$wheel"): $tag" ;;
         *) echo "$wheel: auditwheel says ${shown}, expected manylinux_2_17" >&2; exit 1 ;;
     esac
-    python3 -m zipfile --list "$wheel" | grep "licenses/LICENSE-MIT" >/dev/null || { echo "$wheel has no licence text" >&2; exit 1; }
+    for name in LICENSE-MIT LICENSE-APACHE LICENSE-third-party.txt; do
+        # Where links of git are no links, a licence would be a path.
+        unzip -p "$wheel" "*/licenses/$name" | grep -E "Permission is hereby|TERMS AND CONDITIONS" >/dev/null || { echo "$wheel: expected a licence text in $name" >&2; exit 1; }
+    done
 done
 
 scripts/try-wheels.sh "$out"

@@ -45,13 +45,12 @@ program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
 "$python" scripts/check-doc-blocks.py --self-test
 "$python" scripts/check-doc-blocks.py "$program" "$work/venv/bin/python"
 
-pip install --find-links "$work/fetched" pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags matplotlib rerun-sdk foxglove-sdk mcap-protobuf-support
+pip install --find-links "$work/fetched" pytest mypy tqdm mujoco usd-core pyarrow array-api-strict trimesh xacrodoc rosbags matplotlib rerun-sdk foxglove-sdk mcap-protobuf-support "${peers[@]}"
 "$work/venv/bin/python" -m pytest --quiet "$crate/tests"
 "$work/venv/bin/python" -m mypy --strict --package extricate
 "$work/venv/bin/python" -m mypy --strict "$crate/tests/typed_user.py"
 "$work/venv/bin/python" -m mypy.stubtest extricate --allowlist scripts/stubtest-allowlist.txt --ignore-unused-allowlist
 
-pip install --find-links "$work/fetched" "${peers[@]}"
 "$work/venv/bin/python" bench/judge --scenes 60 --seconds 30
 
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then

@@ -36,7 +36,7 @@ program() {
     archive=$(scripts/build-program.sh "$(rustc -vV | sed -n 's/^host: //p')" "$out" | tail -n 1)
     unpacked=$(mktemp -d)
     tar -xzf "$archive" -C "$unpacked" --strip-components 1
-    for name in LICENSE-MIT LICENSE-APACHE LICENSE-three.js extricate.cdx.json man/extricate.1 completions/extricate.bash; do
+    for name in LICENSE-MIT LICENSE-APACHE LICENSE-third-party.txt extricate.cdx.json man/extricate.1 completions/extricate.bash; do
         [ -s "$unpacked/$name" ] || { echo "$archive has no $name" >&2; exit 1; }
     done
     "$unpacked/extricate" demo --export "$unpacked/cell"
@@ -48,7 +48,7 @@ crates() {
     # Built as their users build them, unless it has to be quick.
     local built=1
     [ "$EXTRICATE_PROFILE" != dev ] || built=
-    EXTRICATE_PACKAGES_BUILT=$built EXTRICATE_PROGRAM=${EXTRICATE_PROGRAM:-} scripts/check-packages.sh
+    EXTRICATE_PACKAGES_BUILT=$built scripts/check-packages.sh
 }
 
 wheels() {

@@ -88,7 +88,7 @@ class Progress:
     def accuracy(self) -> Optional[float]: ...
 
 class _QueryKeywords(TypedDict, total=False):
-    """The keywords of `query`."""
+    """The keywords of `query`, for calls that pass them on. stubtest refuses them for calls that name theirs."""
 
     options: Optional[QueryOptions]
     effort: Effort
@@ -232,7 +232,7 @@ class _Calls:
         max_checks: Optional[int] = None,
         max_seconds: Optional[float] = None,
         threads: int = 0,
-    ) -> Any: ...
+    ) -> Any: ...  # Optional[Grasp] for one row, else a list of them: types of arrays do not tell which.
 
 @final
 class Scene(_Calls):

@@ -127,6 +127,26 @@ class Robot:
         return converted(model, options)
 
     @classmethod
+    def from_pinocchio(cls, model: Any, geometry_model: Any, **options: Any) -> "PinocchioRobot":
+        """Makes a robot of a model of pinocchio: its joints in their order, its collision geometry, and its pairs.
+
+        model: a `pinocchio.Model`.
+        geometry_model: its `pinocchio.GeometryModel` for collisions, of shapes of coal. Its `collisionPairs` are checked, but those
+            of an object whose collisions are off (`disableCollision`), or of two objects of one joint.
+        options: further arguments of `Robot`, such as "pose" or "locked".
+
+        Objects of the world that belong to no frame are obstacles. Ellipsoids become polyhedra around them, half a percent larger.
+        Closed meshes are solid here, and surfaces in coal. See `PinocchioRobot` for configurations.
+
+        Raises ValueError, with the name, for joints that a URDF cannot express (helical, universal, ellipsoid and mimic joints) and
+        for other shapes (cones, planes, octrees, height fields). Also if a prismatic or a free joint has no finite limits and
+        `limits` gives none.
+        """
+        from ._pinocchio import converted
+
+        return converted(model, geometry_model, options)
+
+    @classmethod
     def from_usd(cls, stage: Any, **options: Any) -> "UsdRobot":
         """Makes a robot of a stage of OpenUSD with the package usd-core (`pip install 'extricate[usd]'`): its rigid bodies, joints,
         collision shapes and pairs.
@@ -200,6 +220,45 @@ class MujocoRobot(Robot):
 
 
 @dataclass(frozen=True, eq=False)
+class PinocchioRobot(Robot):
+    """A robot from pinocchio. A `Scene` of it has its obstacles, and checks the pairs of its geometry model.
+
+    disable: pairs that are not in the geometry model.
+    enable: pairs of the geometry model that one joint joins.
+    obstacles: objects of the world.
+    q_index: (nq,) for every coordinate here, its index in pinocchio's q.
+    turns: coordinates here that are angles, and a cosine and a sine in pinocchio, at `q_index` and after it.
+    q0: (model.nq,) pinocchio's neutral configuration; entries without a coordinate here keep these values.
+    files: the folder of the meshes that were made for it; it is deleted with the last robot that has it.
+    """
+
+    disable: Sequence[Tuple[str, str]] = ()
+    enable: Sequence[Tuple[str, str]] = ()
+    obstacles: Sequence[Any] = ()
+    q_index: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    turns: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    q0: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    files: Any = field(default=None, repr=False)
+
+    def q(self, theirs: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Converts configurations of pinocchio (.., model.nq) to those here (.., nq)."""
+        given = np.asarray(theirs, dtype=np.float64)
+        out = np.ascontiguousarray(given[..., self.q_index])
+        at = self.q_index[self.turns]
+        out[..., self.turns] = np.arctan2(given[..., at + 1], given[..., at])
+        return out
+
+    def pinocchio_q(self, q: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Converts configurations (.., nq) to those of pinocchio (.., model.nq): the inverse of `q`."""
+        given = np.asarray(q, dtype=np.float64)
+        out = np.broadcast_to(self.q0, given.shape[:-1] + self.q0.shape).copy()
+        out[..., self.q_index] = given
+        at, angles = self.q_index[self.turns], given[..., self.turns]
+        out[..., at], out[..., at + 1] = np.cos(angles), np.sin(angles)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class SdfRobot(Robot):
     """A robot from SDF. A `Scene` of it has its obstacles.
 
@@ -229,7 +288,7 @@ class UsdRobot(Robot):
 
 # `help` of the derived classes shows the fields of `Robot` too.
 _FIELDS = inspect.cleandoc(Robot.__doc__ or "").partition("\n\n")[2]
-for _class in (MujocoRobot, SdfRobot, UsdRobot):
+for _class in (MujocoRobot, PinocchioRobot, SdfRobot, UsdRobot):
     _class.__doc__ = f"{inspect.cleandoc(_class.__doc__ or '')}\n{_FIELDS}"
 
 

@@ -121,6 +121,15 @@ impl PackageSearch {
     }
 }
 
+/// Returns the path that the address of a file names: without `file://`, and with slashes for the
+/// backslashes that programs on Windows write. `file:///C:/arm.stl` is on the drive `C:`.
+pub fn file_path(uri: &str) -> String {
+    let path = uri.replace('\\', "/");
+    let path = path.strip_prefix("file://").unwrap_or(&path);
+    let is_on_drive = matches!(path.as_bytes(), [b'/', drive, b':', ..] if drive.is_ascii_alphabetic());
+    path[usize::from(is_on_drive)..].to_string()
+}
+
 fn is_called(folder: &Path, name: &str) -> bool {
     folder.file_name().is_some_and(|own| own == name)
 }
@@ -180,6 +189,23 @@ mod tests {
             "`packages`: g, n; the URDF's folders: /w/v and the folders above it; AMENT_PREFIX_PATH: /opt/ros; \
              ROS_PACKAGE_PATH: /r1, /r2"
         );
+    }
+
+    #[test]
+    fn addresses_of_windows_are_paths() {
+        for (uri, path) in [
+            ("file:///C:/m/a.stl", "C:/m/a.stl"),
+            ("file:///C:\\m\\a.stl", "C:/m/a.stl"),
+            ("C:\\m\\a.stl", "C:/m/a.stl"),
+            ("m\\a.stl", "m/a.stl"),
+            ("\\\\host\\share\\a.stl", "//host/share/a.stl"),
+            ("file:///m/a.stl", "/m/a.stl"),
+            ("file:///m:/a.stl/b", "m:/a.stl/b"),
+            ("/m", "/m"),
+            ("", ""),
+        ] {
+            assert_eq!(file_path(uri), path, "{uri}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::bodies::replace_meshes;
 use super::loaded::{LoadedRobot, ReadFile};
 use crate::error::{Error, Result, quoted};
 use crate::robot::formats::xml::{decoded, package_name};
-use crate::robot::packages::{PackageSearch, PackageUri};
+use crate::robot::packages::{PackageSearch, PackageUri, file_path};
 use crate::robot::srdf::{self, Srdf};
 use crate::robot::urdf::{self, Shapes, Wanted};
 use crate::robot::{LoadLimit, LoadLimits, Robot, TriangleMesh, formats};
@@ -216,9 +216,10 @@ impl<'a> Files<'a> {
 
     /// Finds the file that the URDF `file` in `folder` calls `uri`.
     fn mesh_of(&mut self, file: &str, uri: &str, folder: &Path, packages: &[PathBuf]) -> Result<PathBuf> {
-        let Some(address) = PackageUri::of(uri) else {
+        let written = file_path(uri);
+        let Some(address) = PackageUri::of(&written) else {
             // `join` drops the folder if the path is absolute.
-            let path = folder.join(uri.strip_prefix("file://").unwrap_or(uri));
+            let path = folder.join(&written);
             return match self.mesh_at(&path).map_err(|error| named(file, &in_mesh(uri), error))? {
                 Some(_) => Ok(path),
                 None => Err(Error::not_found(file, in_mesh(uri), format!("not found, tried {}", path.display()))),
@@ -339,7 +340,9 @@ mod tests {
             let mesh = PathBuf::from("v/arm/meshes/link.obj");
             assert_eq!(found("package://arm_support/meshes/link.obj").unwrap(), mesh, "{urdf}");
             assert_eq!(found("package://arm/meshes/link.obj").unwrap(), mesh, "{urdf}");
+            assert_eq!(found("package://arm\\meshes\\link.obj").unwrap(), mesh, "{urdf}");
             assert!(found("package://leg/meshes/link.obj").is_err());
+            assert!(found("package://arm\\..\\..\\link.obj").unwrap_err().to_string().contains("inside the package"));
             assert!(
                 found("package://arm/../arm/meshes/link.obj").unwrap_err().to_string().contains("inside the package")
             );
@@ -356,7 +359,7 @@ mod tests {
         let scene = scene();
         let mut files = Files::new(Path::new("s.toml"), &scene, &mut read);
         for (uri, path) in
-            [("file:///m/a.obj", "/m/a.obj"), ("/m/a.obj", "/m/a.obj"), ("../m/a.obj", "s/urdf/../m/a.obj")]
+            [("file:///m/a.obj", "/m/a.obj"), ("/m/a.obj", "/m/a.obj"), ("..\\m\\a.obj", "s/urdf/../m/a.obj")]
         {
             assert_eq!(files.mesh_of("u", uri, Path::new("s/urdf"), &[]).unwrap(), PathBuf::from(path));
         }

@@ -9,6 +9,7 @@ use super::objects::{Object, Objects, Shape};
 use super::value::At;
 use crate::error::Result;
 use crate::robot::formats;
+use crate::robot::packages::file_path;
 
 const OBJECT_FIELDS: &[&str] = &[
     "header",
@@ -115,13 +116,12 @@ fn swapped([height, radius]: [f64; 2]) -> [f64; 2] {
 /// Reads a mesh from vertices and triangles, or from a file with a scale, as Robowflex writes it.
 fn mesh(at: &At) -> Result<Shape> {
     if let Some(resource) = at.get("resource")? {
-        let path = resource.string()?;
-        let path = path.strip_prefix("file://").unwrap_or(path);
+        let path = file_path(resource.string()?);
         if path.contains("://") {
             return Err(resource.fault("the path of a mesh file: packages are not known here"));
         }
         let scale = at.get("dimensions")?.map_or(Ok([1.0; 3]), |scale| scale.numbers(["x", "y", "z"]))?;
-        return Ok(Shape::MeshFile(path.into(), scale));
+        return Ok(Shape::MeshFile(path, scale));
     }
     let vertex = |at: At| at.numbers(["x", "y", "z"]);
     let vertices = at.list("vertices")?.into_iter().map(vertex).collect::<Result<Vec<_>>>()?;
