@@ -34,6 +34,7 @@ CASES = ("one", "two", "processes", "dask", "ray")
 MAPPERS = {
     "release": lambda hand: rows.Release(hand, object=extricate.Sphere(0.03, [0, 0, 0.08])),
     "check": rows.Check,
+    "distance": rows.Distance,
 }
 
 

@@ -81,6 +81,8 @@ def test_scenes_are_learned_once_and_a_bad_one_ends_nothing(tmp_path: pathlib.Pa
     expected = models["lazy"].scene.query_batch(rows["lazy"])
     assert (found["lazy"].answers["witness"] == expected["witness"]).all()
     assert found["stuck"].error == "ZeroDivisionError: division by zero" and found["no"].error == "KeyError: 'no'"
+    measured = by_key(fleet.distance(given, {"lazy": rows["lazy"]}, workers=2))["lazy"].answers
+    assert (measured["distance"] == models["lazy"].scene.signed_distance(rows["lazy"])["distance"]).all()
     for source in (given, tmp_path / "models"):
         released = by_key(fleet.release(source, {"box0": rows["box0"], "lazy": rows["lazy"]}, object="box", workers=2))
         hands = scenes["box0"].release(rows["box0"], object="box")

@@ -95,6 +95,12 @@ def test_a_spoiled_row_is_a_row_with_a_reason(planar: Scene) -> None:
     assert (checked["free"][others] == planar.check(Q[others])).all()
     assert (checked["clearance"][others] == planar.distances(Q[others])).all()
 
+    measured = rows.Distance(planar, within=2.0)({"q": spoiled})
+    assert (measured["error"] == found["error"]).all() and np.isnan(measured["distance"][[3, 17]]).all()
+    expected = planar.signed_distance(Q[good], within=2.0)
+    for name in ("distance", "bound", "witness", "gradient", "pair", "checks"):
+        np.testing.assert_array_equal(measured[name][good], expected[name])
+
     # Rows of any form, and those that were spoiled before.
     found = rows.Check(planar)({"q": [[0, 0, 0], None, [1, 2], ["x", 0, 0], [0, 0, 0]], "error": ["", "", "", "", "no file"]})
     assert found["error"].tolist() == [

@@ -71,7 +71,7 @@ pub fn stand_in_data(solver: &Solver) -> Vec<StandInData> {
         pieces.iter().for_each(|piece| surface.add(piece, &Pose::identity()));
         (balls, surface)
     };
-    let found: Vec<(Vec<([f64; 3], f64)>, Surface)> = (0..solver.scene().bodies().len()).map(of_body).collect();
+    let found: Vec<_> = (0..solver.scene().bodies().len()).map(of_body).collect();
     let counts: Vec<usize> = found.iter().map(|(_, surface)| surface.triangles.len()).collect();
     let shares = shares(&counts, MAX_PIECE_TRIANGLES);
     let mut left = MAX_BALLS;

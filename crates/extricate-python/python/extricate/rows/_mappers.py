@@ -183,6 +183,33 @@ class Check(Mapper):
         return {"free": free, "clearance": clearance}
 
 
+class Distance(Mapper):
+    """Measures signed distances. Results: the fields of `Solver.signed_distance`, such as distance, bound and witness (n, nq).
+
+    options: as `Solver.signed_distance` takes them.
+    """
+
+    def _check(self, solver: Solver) -> None:
+        solver.signed_distance(np.zeros((0, solver.scene.nq)), **self._options)
+
+    def _results(
+        self, solver: Solver, Q: Array, batch: Mapping[str, Any], places: Array, reasons: Reasons
+    ) -> Results:
+        def call(at: Array) -> Array:
+            found: Array = solver.signed_distance(Q[at], threads=self.threads, **self._options)
+            return found
+
+        measured = call(np.arange(0))
+        distances = np.zeros(len(Q), dtype=measured.dtype)
+        good, wrong = sifted(call, np.arange(len(Q)))
+        for at, found in good:
+            distances[at] = found
+            for row in at[np.isnan(found["distance"])]:
+                reasons[int(places[row])] = "nothing free was found"
+        reasons.update((int(places[at]), reason) for at, reason in wrong.items())
+        return {name: distances[name] for name in distances.dtype.names or ()}
+
+
 class Release(Mapper):
     """Releases hands from the objects that they penetrate. Results: config (n, nq), moved, verified, fingers and kept_fingers
     (fingers that touched, and of those that still do), kept_sides, depth_before [m], epsilon, force_closure and checks, as in `Grasp`.
