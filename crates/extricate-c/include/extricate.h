@@ -360,6 +360,11 @@ typedef struct ExtricateOptions {
     // of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
     // such objects. docs/how-to/constraints.md lists the keys.
     const char *keep;
+    // The names of bodies that have to touch at the witness, two for each pair; null by default,
+    // for none. Their distance is then at most 0.5 mm beyond the clearance.
+    const char *const *touch;
+    // Number of names in `touch`, which is even.
+    size_t touch_count;
     // Weights of joints, in place of those of the scene; null by default, for none. They prepare
     // the scene anew, and a model is not used with them.
     const struct ExtricateWeight *weights;
@@ -1184,7 +1189,7 @@ ExtricateStatus extricate_query_batch(const struct ExtricateScene *scene,
                                       struct ExtricateSummary *summaries);
 
 // Measures how far each of `count` configurations is from the boundary of the free ones, in the
-// scene's metric: minus the depth for one that collides, else the distance to the nearest in
+// scene's metric. For one that collides it is minus the depth, else the distance to the nearest in
 // contact. They follow one another in `q`, `nq` numbers each, and may be beyond the limits.
 // `within` is a distance above 0 beyond which a free configuration is far enough; infinity for
 // none. `threads` is 0 for one per core. Limits on checks and seconds, effort and locked joints

@@ -106,7 +106,7 @@ def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
 
 def children(of: int = 0) -> List[int]:
     """Returns the ids of the workers of this process, or of another one."""
-    found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
+    found = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "extricate._worker" in line]
 
 

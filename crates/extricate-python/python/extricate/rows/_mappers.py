@@ -201,6 +201,8 @@ class Distance(Mapper):
 
         measured = call(np.arange(0))
         distances = np.zeros(len(Q), dtype=measured.dtype)
+        for name in ("distance", "bound", "witness", "gradient"):
+            distances[name] = np.nan
         good, wrong = sifted(call, np.arange(len(Q)))
         for at, found in good:
             distances[at] = found
