@@ -3,7 +3,9 @@
 import pathlib
 
 import depth_image
+import distance_field
 import extricate
+import hold_distance
 import moveit_scene
 import moving_obstacle
 import mujoco
@@ -182,3 +184,18 @@ def test_a_plan_of_another_program_is_proved_and_repaired(tmp_path: pathlib.Path
     assert (path[0] == rows[0]).all() and (path[-1] == rows[-1]).all()
     with pytest.raises(ValueError, match="in any order"):
         outside_plan.proved(scene, ["elbow", *names[1:]], rows)
+
+
+def test_a_controller_holds_its_distance() -> None:
+    scene, held, free, off = hold_distance.main()
+    assert scene.distances(held).min() >= 0.01 and scene.distances(free).min() < 0
+    assert np.median(off) < 0.03
+
+
+def test_distances_are_learned_from_a_file(tmp_path: pathlib.Path) -> None:
+    data, error, off, own = distance_field.main(tmp_path)
+    distance, bound = data["distance"], data["bound"]
+    assert data["q"].shape == data["gradient"].shape == (4000, 3) and (np.abs(bound) <= np.abs(distance)).all()
+    # A step of the distance ends in contact; what is learned is less wrong than the mean distance.
+    assert own.max() < 1e-4 and off.mean() < 0.05
+    assert error.mean() < 0.5 * np.abs(distance - distance.mean()).mean()

@@ -87,7 +87,8 @@ impl<'a> Row<'a> {
     fn text(&self, line: usize) -> String {
         let pair = self.pairs.first().map_or(String::new(), |[a, b]| format!("{a}, {b}"));
         let (distance, bound) = (self.distance, self.bound);
-        format!("{line:>6}  {distance:>10.4}  {bound:>10.4}  {:>8}  {pair}", report::count(self.checks))
+        let checks = report::count(self.checks);
+        format!("{line:>6}  {distance:>14.4}  {bound:>10.4}  {checks:>8}  {pair}").trim_end().into()
     }
 }
 
@@ -173,5 +174,5 @@ pub fn run(args: &DistanceArgs, json: bool) -> anyhow::Result<()> {
 
 fn header(unit: &str) -> String {
     let unit = format!("[{unit}]");
-    format!("{:>6}  {:>10}  {:>10}  {:>8}  pair", "line", format!("distance {unit}"), "bound", "checks")
+    format!("{:>6}  {:>14}  {:>10}  {:>8}  pair", "line", format!("distance {unit}"), "bound", "checks")
 }
