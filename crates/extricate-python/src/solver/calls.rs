@@ -61,7 +61,7 @@ macro_rules! calls {
             ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link
             ///     in whose coordinates the pose is kept; with "axis" (3,), only this axis of the
             ///     link keeps its direction. See `Answer.kept`.
-            /// touch: pairs of names of bodies, as [("foot", "ground")], that have to touch at the
+            /// touch: pairs of names of bodies, as [("leg", "ground")], that have to touch at the
             ///     witness: their distance is at most 0.5 mm beyond the clearance. None is found if
             ///     they cannot.
             /// weights: by joint, weights of squared displacements in place of the scene's, in the

@@ -29,7 +29,7 @@ pub struct ConstraintArgs {
     /// pose is in the coordinates of another link
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
-    /// Names of two bodies that have to touch at the witness: a robot's foot and the ground, for
+    /// Names of two bodies that have to touch at the witness: a leg and the ground, for
     /// example. Their distance is then at most 0.5 mm beyond the clearance. May be given several
     /// times
     #[arg(long, value_name = "BODY,BODY", value_parser = two_names)]
