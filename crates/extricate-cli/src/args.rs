@@ -50,7 +50,7 @@ impl Cli {
 
 /// Commands as `--help` lists them, grouped by purpose.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Ask", &["query", "check", "escape", "plan", "repair", "grasp"]),
+    ("Ask", &["query", "distance", "check", "escape", "plan", "repair", "grasp"]),
     ("See", &["info", "view", "report", "demo"]),
     ("Learn", &["learn"]),
     ("Files", &["sample", "import", "completions", "man"]),
@@ -458,7 +458,7 @@ mod tests {
             "view scene.toml --serve 8000 -o page.html",
             "view scene.toml --serve 70000",
             "view scene.toml --wasm x.wasm",
-            "view scene.toml --q 0 --answers a.jsonl --live",
+            "view scene.toml --answers a.jsonl --objects meshes --live",
             "escape scene.toml --q 0 --exits 0",
             "escape scene.toml --q 0 --tolerance -1",
             "plan scene.toml --from 0",

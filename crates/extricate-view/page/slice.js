@@ -5,7 +5,7 @@ const SLICE_LIGHT = { f: [240, 246, 252], c: [240, 190, 155], o: [205, 209, 216]
 const SLICE_DARK = { f: [38, 50, 64], c: [122, 62, 22], o: [78, 84, 93], ink: "#e6eaf0", paper: "#12161c", exit: "#6cbcf0", other: "#a3adba" };
 
 function sliceColours() {
-    return DARKNESS.matches ? SLICE_DARK : SLICE_LIGHT;
+    return COLOURS === DARK ? SLICE_DARK : SLICE_LIGHT;
 }
 
 function cellsOf({ states, cells }) {

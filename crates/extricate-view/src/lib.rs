@@ -1,10 +1,10 @@
 //! Answers as a page: one HTML file that needs no network and no server, to inspect a scene,
 //! configurations in collision and the results of queries.
 //!
-//! `scene_data`, `cloud`, `layers`, `answer_data`, `played` and `slice` define the data of the page,
-//! and `html` writes the file; `page/` beside this folder runs in the browser. Nothing here searches:
-//! answers come from the caller, and the exact checker computes what is added to them (pairs that
-//! collide along an exit, distances, the slice).
+//! `scene_data`, `cloud`, `layers`, `answer_data`, `played` and `slice` define the data of the
+//! page, and `html` writes the file; `page/` beside this folder runs in the browser. Nothing here
+//! searches: answers come from the caller, and the exact checker computes what is added to them
+//! (pairs that collide along an exit, distances, the slice).
 
 mod answer_data;
 mod cloud;

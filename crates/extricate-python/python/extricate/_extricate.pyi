@@ -17,7 +17,7 @@ from ._parts import Obstacle, Pose, Robot
 _Path = Union[str, PathLike[str]]
 _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
-_Keep = Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]
+_Keep = Union[str, Mapping[str, Any], Sequence[Union[str, Mapping[str, Any]]]]
 _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Metric = Literal["joint", "object-norm", "max-displacement"]

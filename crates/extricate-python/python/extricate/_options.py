@@ -47,7 +47,7 @@ class QueryOptions:
     clearance: Optional[float] = None
     locked: Optional[Sequence[str]] = None
     free: Optional[Sequence[str]] = None
-    keep: Optional[Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]] = None
+    keep: Optional[Union[str, Mapping[str, Any], Sequence[Union[str, Mapping[str, Any]]]]] = None
     touch: Optional[Sequence[Tuple[str, str]]] = None
     weights: Optional[Mapping[str, Union[float, Tuple[float, float]]]] = None
     toward: Optional[npt.ArrayLike] = None

@@ -7,7 +7,7 @@ use extricate::{
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyMapping, PyType};
+use pyo3::types::{PyDict, PyList, PyMapping, PyString, PyType};
 
 use crate::entries::lists::Names;
 use crate::entries::pose::pose;
@@ -279,16 +279,11 @@ impl<'py> Given<'py> {
         pairs.iter().map(named).collect()
     }
 
-    /// Reads the kept links: a name, a mapping, or a sequence of mappings.
+    /// Reads the kept links: a name or a mapping, or a sequence of these.
     fn keep(&self, scene: &Scene) -> PyResult<Vec<KeptLink>> {
         let Some(value) = self.value("keep")? else { return Ok(Vec::new()) };
-        if let Ok(name) = value.extract::<String>() {
-            return KeptLink::from_text(scene, &serde_json::json!({ "link": name }).to_string()).map_err(exception);
-        }
-        let entries = match value.cast::<PyMapping>() {
-            Ok(one) => vec![one.clone()],
-            Err(_) => extracted("keep", &value)?,
-        };
+        let is_one = value.is_instance_of::<PyString>() || value.cast::<PyMapping>().is_ok();
+        let entries: Vec<Bound<'_, PyAny>> = if is_one { vec![value] } else { extracted("keep", &value)? };
         entries.iter().map(|entry| kept_link(entry, scene)).collect()
     }
 
@@ -356,10 +351,17 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
     weights.items()?.iter().map(read).collect()
 }
 
-/// Reads a kept link. Its pose may have any form that `Box` takes.
-fn kept_link(entry: &Bound<'_, PyMapping>, scene: &Scene) -> PyResult<KeptLink> {
+/// Reads a kept link: its name or a mapping, whose pose may have any form that `Box` takes.
+fn kept_link(entry: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<KeptLink> {
     let copy = PyDict::new(entry.py());
-    for item in entry.items()? {
+    let items = match entry.cast::<PyMapping>() {
+        Ok(mapping) => mapping.items()?,
+        Err(_) => {
+            copy.set_item("link", extracted::<String>("keep", entry)?)?;
+            PyList::empty(entry.py())
+        }
+    };
+    for item in items {
         let (key, value): (String, Bound<'_, PyAny>) = extracted("keep", &item)?;
         if key == "pose" && !value.is_none() {
             let PoseEntry { xyz, rpy, quat_xyzw, quat_wxyz } = pose("keep[\"pose\"]", &value)?;

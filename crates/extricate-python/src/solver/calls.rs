@@ -55,7 +55,7 @@ macro_rules! calls {
             ///     the scene's clearance keeps less, see `Answer.clearance`.
             /// locked: names of joints that stay where q has them.
             /// free: in place of `locked`, the names of the joints that may move.
-            /// keep: links that stay where they are, a name or a mapping or a list of mappings:
+            /// keep: links that stay where they are, a name or a mapping, or a list of these:
             ///     {"link": "tool0", "position": 1e-4, "rotation": 1e-3} are the tolerances [m] and
             ///     [rad] that apply if none are given; None lets the link move or rotate freely.
             ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link

@@ -14,7 +14,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::SignedDistance;
+use super::distance::SignedDistance;
 use crate::collision::{Contact, ContactQuery, ContactSearch, signed_distances_of};
 use crate::cspace::{Config, Label};
 use crate::kinematics::Twists;

@@ -90,8 +90,8 @@ pub struct ViewArgs {
     /// free port is chosen
     #[arg(long, value_name = "PORT", value_parser = port, num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
     serve: Option<u16>,
-    /// Put the library into the page: you can drag joints, waypoints of paths and obstacles, and the
-    /// answer follows
+    /// Put the library into the page: you can drag joints, waypoints of paths and obstacles, and
+    /// the answer follows
     #[arg(long, conflicts_with = "objects")]
     live: bool,
     /// With --live: file of the library as WebAssembly, instead of the built-in one
