@@ -74,7 +74,7 @@ struct PairRadius {
 /// they are, and the nearest are bounded more closely.
 ///
 /// # Guarantee
-/// As for [`free_radius`], or by [`Closing::radius`].
+/// As for [`free_radius`], or as `Closing::radius` proves it.
 pub fn proved(context: &Context, q: &[f64], ceiling: f64, evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
     let (checker, scene) = (context.checker, context.checker.scene());
     let ceiling = ceiling.min(context.scale);
