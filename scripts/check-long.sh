@@ -17,7 +17,7 @@ live() {
     scripts/write-live-page.sh "$program" "$wasm"
     EXTRICATE_SITE=$site scripts/check-docs.sh
     python3 scripts/fetch-robots.py panda_description
-    python3 scripts/check-view.py "$program" --live "$wasm" "$(dirname "$program")/examples/native" --robots robots --site "$site"
+    python3 scripts/check-view.py "$program" --native "$(dirname "$program")/examples/native" --live "$wasm" "$(dirname "$program")/examples/native" --robots robots --site "$site"
 }
 
 c() {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Opens pages of `extricate view` in Chromium and looks at them as a user does.
 
-    python3 scripts/check-view.py PROGRAM [--live WASM NATIVE] [--robots FOLDER] [--site FOLDER] [--pictures FOLDER]
+    python3 scripts/check-view.py PROGRAM [--native NATIVE] [--live WASM NATIVE] [--robots FOLDER] [--site FOLDER] [--pictures FOLDER]
 
 Where there is no Chromium, it says so and ends with status 0. What has to hold of every page:
 
@@ -15,7 +15,10 @@ Where there is no Chromium, it says so and ends with status 0. What has to hold 
   everything; colours differ for people who lack a kind of cone; links and copies hold what is shown;
 - frames of a motion, paths and grasps play back, and their numbers are those of the program.
 
-With --live, WASM is what scripts/build-wasm.sh made and NATIVE the example `native` of extricate-wasm. Then, of a live page with
+With --native, NATIVE is the example `native` of extricate-wasm, which stands for the library in live pages: they play paths and
+grasps, a waypoint that is dragged changes the path, and how long a step of dragging takes with the picture is told.
+
+With --live, WASM is what scripts/build-wasm.sh made. Then, of a live page with
 a model of 100,000 labels, and of one in another world than the one that was learned:
 
 - it has at most 4 MB;
@@ -41,7 +44,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import chromium  # noqa: E402
 from view_answers import check_scenes  # noqa: E402
-from view_live import check_live  # noqa: E402
+from view_live import check_live, check_native  # noqa: E402
 from view_pages import Program, check_clean, check_keys, check_numbers, check_pictures, check_words, expect, opened  # noqa: E402
 from view_play import check_grasps, check_motion, check_paths  # noqa: E402
 
@@ -154,6 +157,7 @@ def check_site(page: chromium.Browser, site: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
+    parser.add_argument("--native", type=Path, metavar="NATIVE")
     parser.add_argument("--live", nargs=2, type=Path, metavar=("WASM", "NATIVE"))
     parser.add_argument("--robots", type=Path, metavar="FOLDER")
     parser.add_argument("--site", type=Path, metavar="FOLDER")
@@ -174,6 +178,8 @@ def main() -> None:
         check_motion(page, extricate, pictures)
         check_paths(page, extricate, pictures)
         check_grasps(page, extricate, pictures)
+        if given.native:
+            check_native(page, extricate, given.native, pictures)
         if given.live:
             check_live(page, extricate, *given.live, pictures)
         if given.robots:

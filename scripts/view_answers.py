@@ -83,11 +83,17 @@ def check_scenes(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     check_copies(page)
     check_link(page, (extricate.folder / "shelf-arm.html").as_uri())
     check_clouds(page, extricate, pictures)
+    check_layers(page, extricate, pictures)
+    page.open((extricate.folder / "shelf-arm.html").as_uri())
     least = check_colours(page.run("extricate.palettes"))
     page.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-    page.run(SETTLE)
+    is_dark = page.run("""(async () => {
+        const isDark = () => extricate.stage.world.background.getHex() === extricate.palettes[1].back;
+        for (let turn = 0; turn < 50 && !isDark(); turn++) await new Promise(done => setTimeout(done, 100));
+        return isDark();
+    })()""")
     page.picture(pictures / "dark.png")
-    expect(page.run("extricate.stage.world.background.getHex()") == page.run("extricate.palettes[1].back"), "the night has the colours of the day")
+    expect(is_dark, "the night has the colours of the day")
     page.ask("Emulation.setEmulatedMedia", features=[])
     print(f"page: keyboard, names, pairs, bodies, copies and links work; colours differ by at least {least:.0f} for every eye")
 
@@ -109,13 +115,52 @@ def check_clouds(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     times = page.run(f"""(() => [10, 20, 30, 40, 50].map(percent => {{
         const began = performance.now(), {{ stage, controls }} = extricate, gl = stage.renderer.getContext();
         controls.go(percent);
-        stage.draw();
+        stage.drawAt(false);
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
         return performance.now() - began;
     }}))()""")
+    page.run("new Promise(done => setTimeout(done, 1000))")
+    frames = page.run("""new Promise(done => {
+        const { render } = extricate.stage.renderer.info, before = render.frame;
+        setTimeout(() => done(render.frame - before), 500);
+    })""")
+    expect(frames == 0, f"{frames} pictures are drawn while nothing moves")
     page.picture(pictures / "clouds.png")
     check_clean(page, "clouds", address)
     print(f"clouds: {sum(counts):,} centres, {(extricate.folder / 'clouds.html').stat().st_size / 1e6:.2f} MB, a picture takes {sorted(times)[2]:.0f} ms")
+
+
+LOOKS = """<robot name="r"><material name="leaf"><color rgba="0 0.8 0 1"/></material><link name="base"/><link name="arm">
+<collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.05 0.05"/></geometry></collision>
+<visual><origin xyz="0.25 0 0"/><geometry>%s</geometry><material name="leaf"/></visual></link>
+<joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
+GREEN = PIXELS.replace("g > 1.3 * b) hit++", "g > 1.3 * b) hit++;\n        if (g > 1.5 * r && g > 1.5 * b) green++").replace("sum = 0", "sum = 0, green = 0").replace("sum }", "sum, green }")
+
+
+def check_layers(page: chromium.Browser, extricate: Program, pictures: Path) -> None:
+    """Checks that keys show how links look and what stands for their shapes, and that a page without visual meshes says why."""
+    (extricate.folder / "looks.urdf").write_text(LOOKS % '<cylinder radius="0.1" length="0.3"/>')
+    (extricate.folder / "looks.toml").write_text('[[robot]]\nurdf = "looks.urdf"\n[[obstacle]]\nname = "post"\nshape = { box = [0.1, 0.1, 0.3] }\npose = { xyz = [0.4, 0.1, 0] }\n')
+    extricate.run("view looks.toml --q 0.1 -o looks.html")
+    address = (extricate.folder / "looks.html").as_uri()
+    page.open(address)
+    page.run("extricate.controls.go(100)")
+    seen = []
+    for key in ("", "v", "v", "c", "c"):
+        if key:
+            page.press(key)
+        seen.append(page.run(GREEN))
+        page.picture(pictures / f"layers-{len(seen)}.png")
+    expect(seen[0]["green"] == 0 and seen[1]["green"] > 1000, f"V does not show the colour of a material: {seen}")
+    expect(seen[0] == seen[2] == seen[4] and seen[3]["sum"] != seen[0]["sum"], f"V and C do not show and hide their layers: {seen}")
+    page.run("extricate.controls.go(0)")
+    page.press("v")
+    expect(page.run(GREEN)["green"] < 100, "a visual mesh of a link that collides keeps its colour")
+    check_clean(page, "layers", address)
+    (extricate.folder / "looks.urdf").write_text(LOOKS % '<mesh filename="nowhere.stl"/>')
+    extricate.run("view looks.toml --q 0.1 -o looks.html")
+    page.open(address)
+    expect("nowhere.stl" in page.run("document.getElementById('made').textContent"), "the page does not say why it has no visual meshes")
 
 
 def pixels_at_query(page: chromium.Browser, name: str, at: int) -> int:
@@ -195,10 +240,10 @@ def check_parts(page: chromium.Browser) -> None:
     expect(name and name[0] == name[1], f"the name under the pointer is {name}")
     page.run("document.querySelector('#bodies details').open = true")
     page.run(SETTLE)
-    page.run("document.querySelectorAll('#bodies input').forEach(box => { if (box.checked) box.click(); })")
+    page.run("window.shown = [...document.querySelectorAll('#bodies input')].filter(box => box.checked); shown.forEach(box => box.click())")
     empty = page.run(PIXELS)
     expect(empty["hit"] == 0 and empty["drawn"] == 0, f"bodies that are switched off are drawn: {empty}")
-    page.run("document.querySelectorAll('#bodies input').forEach(box => box.click())")
+    page.run("shown.forEach(box => box.click())")
     expect(page.run(PIXELS)["sum"] == whole["sum"], "bodies do not come back")
 
 

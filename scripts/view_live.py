@@ -2,13 +2,18 @@
 from __future__ import annotations
 
 import base64
+import contextlib
+import http.server
 import json
 import statistics
 import subprocess
+import threading
 from pathlib import Path
+from typing import Any, Iterator
 
 import chromium
 from view_pages import Program, check_clean, expect
+from view_play import WATCH
 
 MOST_LIVE_BYTES, LABELS, MOVES, MOST_STEP = 4_000_000, 100_000, 20, 33.0
 # Records requests to the library and its replies.
@@ -42,9 +47,110 @@ PUSH = """(() => {
 
 
 # One step of dragging, until the picture is drawn too.
-TURN_DRAWN = TURN.replace("return [", """extricate.stage.draw();
-    extricate.stage.renderer.getContext().finish();
+TURN_DRAWN = TURN.replace("return [", """const { stage } = extricate, gl = stage.renderer.getContext();
+    stage.drawAt(false);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     return [""")
+READY = "new Promise(done => { const wait = () => extricate.liveReady ? done() : setTimeout(wait, 50); wait(); })"
+# In place of the library as WebAssembly: the native one, asked over HTTP.
+BRIDGE = """WebAssembly.instantiate = async () => {
+    const memory = { buffer: new ArrayBuffer(16 << 20) };
+    let asked = 0, replied = 0;
+    const extricate_call = () => {
+        const request = new XMLHttpRequest();
+        request.open("POST", %r, false);
+        request.send(new Uint8Array(memory.buffer, 0, asked).slice());
+        const bytes = new TextEncoder().encode(request.responseText);
+        new Uint8Array(memory.buffer).set(bytes);
+        replied = bytes.length;
+        return 0;
+    };
+    return { instance: { exports: {
+        memory, extricate_call, extricate_open: () => 0, extricate_enter: () => 0, extricate_input: length => { asked = length; return 0; },
+        extricate_output: () => 0, extricate_output_length: () => replied,
+    } } };
+};"""
+
+
+@contextlib.contextmanager
+def bridged(page: chromium.Browser, extricate: Program, native: Path, line: str) -> Iterator[None]:
+    """Opens a live page of `extricate view LINE` whose library is the native one."""
+    folder = extricate.folder
+    (folder / "stub.wasm").write_bytes(b"\0asm")
+    extricate.run(f"view {line} --live --wasm stub.wasm -o live.html")
+    text = (folder / "live.html").read_text().split('id="data">')[1].split("</script>")[0]
+    (folder / "opened").write_bytes(base64.b64decode(json.loads(text)["live"]["scene"]))
+    with subprocess.Popen([str(native.resolve()), "opened"], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as library:
+
+        class Asked(http.server.BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def do_POST(self) -> None:  # noqa: N802
+                library.stdin.write(self.rfile.read(int(self.headers["Content-Length"])) + b"\n")
+                library.stdin.flush()
+                reply = library.stdout.readline()
+                self.send_response(200)
+                self.send_header("Access-Control-Allow-Origin", "*")
+                self.send_header("Content-Length", str(len(reply)))
+                self.end_headers()
+                self.wfile.write(reply)
+
+            def log_message(self, *_: Any) -> None:
+                pass
+
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Asked) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            source = BRIDGE % f"http://127.0.0.1:{server.server_address[1]}/"
+            script = page.ask("Page.addScriptToEvaluateOnNewDocument", source=source)["identifier"]
+            # The page itself may ask no network for anything.
+            page.ask("Page.setBypassCSP", enabled=True)
+            page.open((folder / "live.html").as_uri())
+            page.run(READY)
+            yield
+            page.ask("Page.setBypassCSP", enabled=False)
+            page.ask("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+            page.open("about:blank")
+            server.shutdown()
+        library.stdin.close()
+
+
+def check_native(page: chromium.Browser, extricate: Program, native: Path, pictures: Path) -> None:
+    """Checks live pages with the native library in the place of the WebAssembly: what they play, and how long a step takes."""
+    folder = extricate.folder
+    with bridged(page, extricate, native, "cell/shelf-arm.toml --paths paths.jsonl"):
+        page.run(RECORD)
+        before = page.run("extricate.controls.go(34); extricate.controls.shown.exits[0].way.map(point => point.q)")
+        page.run(TURN % (1, 0.02))
+        shown = page.run("extricate.controls.shown")
+        after = [point["q"] for point in shown["exits"][0]["way"]]
+        moved = [sum(a != b for a, b in zip(*points)) for points in zip(before, after)]
+        expect(sorted(moved) == [0] * (len(moved) - 1) + [1], f"live path: a drag changed {moved} coordinates of the waypoints")
+        at = shown["exits"][0]["way"][moved.index(1)]["at"]
+        expect(abs(page.run("extricate.controls.percent") - 100 * at) < 1e-9, "live path: the slider is not at the waypoint that is dragged")
+        path = shown["played"]["path"]
+        expect(len(page.run("[...document.querySelectorAll('#proved i')]")) == path["waypoints"] - 1, f"live path: the strip does not show {path}")
+        expect(json.loads(page.run("recorded")[-1][1]) == shown, "live path: the page does not show what the library replied")
+        page.picture(pictures / "live-path.png")
+        page.run("extricate.live.forget(); extricate.controls.choose(0); document.activeElement.blur()")
+        seen = page.run(WATCH)
+        expect({at for at, _ in seen} == {0, 1} and seen[-1] == [1, 100], f"live paths were played as {seen[:3]} to {seen[-1]}")
+        expect(not page.errors, f"live path: errors on the console: {page.errors}")
+    with bridged(page, extricate, native, "grip.toml --input g.jsonl --answers a.jsonl"):
+        expect("grasp" in page.run("document.getElementById('numbers').textContent"), "live grasp: it opens on something else")
+        expect(len(page.run("extricate.controls.shown.exits[0].distances")) == 101, "live grasp: there is no plot")
+        page.run(TURN % (0, -0.01))
+        row, = extricate.rows(f"query grip.toml --q {','.join(map(repr, page.run('extricate.controls.shown.q')))} --exits 3 --json")
+        expect(page.run("extricate.controls.shown.answer.depth") == row["depth"], "live grasp: what is dragged is not answered as a query")
+        expect(not page.errors, f"live grasp: errors on the console: {page.errors}")
+    for scene in ("shelf-arm", "hand"):
+        if not (folder / scene).exists():
+            extricate.run(f"demo --scene {scene} --export {scene}")
+        with bridged(page, extricate, native, f"{scene}/{scene}.toml -n 2 --seed 1"):
+            expect(page.run("extricate.controls.shown.exits[0].distances.length") == 101, f"live {scene}: there is no plot")
+            page.run("window.first = extricate.controls.shown.q; extricate.live.ask(first, extricate.live.cells)")
+            times = sorted(time for at in range(2 * MOVES) for time, _ in [page.run(TURN_DRAWN % (at, 0.01 * (at % 5 - 1.5)))])
+            print(f"live {scene}: a step of dragging with the picture, by the native library and drawn by software, takes "
+                  f"{times[MOVES]:.1f} ms in the median, {times[int(1.9 * MOVES)]:.1f} ms at 95 %")
 
 
 def check_live(page: chromium.Browser, extricate: Program, wasm: Path, native: Path, pictures: Path) -> None:
@@ -63,7 +169,7 @@ def check_live_page(page: chromium.Browser, name: str, folder: Path, native: Pat
     path = folder / "live.html"
     expect(path.stat().st_size <= MOST_LIVE_BYTES, f"{name}: the page has {path.stat().st_size} bytes, at most {MOST_LIVE_BYTES}")
     page.open(path.as_uri())
-    page.run("new Promise(done => { const wait = () => extricate.liveReady ? done() : setTimeout(wait, 50); wait(); })")
+    page.run(READY)
     check_clean(page, name, path.as_uri())
     ready = page.run("extricate.liveReady") / 1000
     page.run(RECORD)

@@ -11,7 +11,7 @@ import chromium
 # Counts pixels of the canvas in the hue of collisions, in that of free robots, and off the background.
 PIXELS = """(() => {
     const from = extricate.stage.renderer.domElement, to = document.createElement("canvas");
-    extricate.stage.draw();
+    extricate.stage.drawAt(false);
     to.width = from.width; to.height = from.height;
     const context = to.getContext("2d");
     context.drawImage(from, 0, 0);

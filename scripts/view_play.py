@@ -144,9 +144,9 @@ def check_objects(page: chromium.Browser, extricate: Program, pictures: Path) ->
     (folder / "meshes/cup.obj").write_text(TETRAHEDRON)
     (folder / "hand.toml").write_text('clearance = 1e-4\n[[robot]]\nurdf = "gripper.urdf"\n')
     lines = [json.dumps({"q": [0.06, 0.07], "object": "cup.obj", "scale": scale}) + "\n" for scale in (0.02, 0.04)]
-    (folder / "g.jsonl").write_text("".join(lines))
-    (folder / "a.jsonl").write_text(extricate.run("grasp hand.toml --input g.jsonl --objects meshes --json"))
-    address = opened(page, extricate, "hand.toml --input g.jsonl --answers a.jsonl --objects meshes")
+    (folder / "objects.jsonl").write_text("".join(lines))
+    (folder / "released.jsonl").write_text(extricate.run("grasp hand.toml --input objects.jsonl --objects meshes --json"))
+    address = opened(page, extricate, "hand.toml --input objects.jsonl --answers released.jsonl --objects meshes")
     sums = []
     for at in range(2):
         page.run(f"extricate.controls.choose({at}); extricate.controls.go(0)")

@@ -36,10 +36,10 @@ def main() -> None:
         page.run(f"document.getElementById('queries').hidden = true; extricate.controls.choose({QUERY})")
         frames = []
         for at in range(FRAMES + 1):
-            page.run(f"extricate.controls.go({100 * at / FRAMES}); extricate.stage.draw()")
+            page.run(f"extricate.controls.go({100 * at / FRAMES}); extricate.stage.drawAt(true)")
             page.picture(IMAGES / "demo.png")
             frames.append(Image.open(io.BytesIO((IMAGES / "demo.png").read_bytes())).convert("RGB"))
-        page.run("extricate.controls.go(0); extricate.stage.draw()")
+        page.run("extricate.controls.go(0); extricate.stage.drawAt(true)")
         page.picture(IMAGES / "demo.png")
     times = [REST, *[MILLISECONDS] * (FRAMES - 1), REST]
     frames[0].save(IMAGES / "demo.webp", save_all=True, append_images=frames[1:], duration=times, loop=0, quality=72, method=6)

@@ -7,6 +7,7 @@
     python3 bench/applications repair        straight paths that collide, and planned paths after an obstacle moved
     python3 bench/applications clip          clips of a humanoid, repaired frame by frame, judged by pinocchio and coal
     python3 bench/applications judged        edges of all motions, judged by pinocchio and coal
+    python3 bench/applications reset         random states of three robots brought to touch the ground or an object, judged by MuJoCo
     ... --quick                              few of each; writes nothing
 
 Needs the wheels of extricate, ompl (2.0.1), pin and coal in the environment. A check is one configuration that our exact checker evaluated, for
@@ -27,10 +28,11 @@ import edges  # noqa: E402
 import escapes  # noqa: E402
 import paths  # noqa: E402
 import repairs  # noqa: E402
+import resets  # noqa: E402
 from page import put  # noqa: E402
 
 PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "benchmarks" / "motion.md"
-PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "judged": edges.judged, "clip": clips.clips}
+PARTS = {"escape": escapes.table, "plan": paths.narrow, "open": paths.open_scenes, "repair": repairs.repaired, "judged": edges.judged, "clip": clips.clips, "reset": resets.resets}
 
 
 def main():

@@ -3,9 +3,12 @@
 import pathlib
 
 import depth_image
+import distance_field
 import extricate
+import hold_distance
 import moveit_scene
 import moving_obstacle
+import mujoco
 import mujoco_penetration
 import numpy as np
 import object_in_gripper
@@ -18,6 +21,7 @@ import pinocchio_projection
 import plot_plane
 import pytest
 import release_rows
+import resets
 import ros_bag
 import start_outside
 import toppra_times
@@ -66,6 +70,27 @@ def test_files_of_hands_are_released_in_every_place(tmp_path: pathlib.Path) -> N
     found = {place: release_rows.main(tmp_path, place, 600) for place in ("here", "processes", "dask")}
     for released in found.values():
         assert (released["row"] == np.arange(600)).all() and (released["config"] == found["here"]["config"]).all() and released["verified"].all()
+
+
+def test_resets_are_the_same_in_the_arrays_of_every_simulator() -> None:
+    mujoco_model, qpos, first, (root, joints), joint_q = resets.main()
+    data = mujoco.MjData(mujoco_model)
+
+    def penetrates(state: np.ndarray) -> bool:
+        data.qpos[:] = state
+        mujoco.mj_forward(mujoco_model, data)
+        return bool((data.contact.dist[: data.ncon] < 0).any())
+
+    before = np.array([penetrates(state) for state in qpos])
+    moved = (first != qpos).any(axis=1)
+    assert before.sum() > 20 and moved[before].all() and not any(penetrates(state) for state in first)
+    # Isaac Lab has both hips before the knees; Newton has w last.
+    assert np.allclose(joints[:, [0, 2, 1, 3]], first[:, 7:], atol=1e-9)
+    worlds = joint_q.reshape(len(qpos), -1)
+    assert np.allclose(worlds[:, 7:], first[:, 7:], atol=1e-9)
+    for positions, quaternions in ((root[:, :3], root[:, 3:]), (worlds[:, :3], worlds[:, [6, 3, 4, 5]])):
+        assert np.allclose(positions, first[:, :3], atol=1e-9)
+        assert np.abs((quaternions * first[:, 3:7]).sum(axis=1)) == pytest.approx(1, abs=1e-9)
 
 
 def test_a_start_beyond_a_limit_is_brought_back() -> None:
@@ -159,3 +184,18 @@ def test_a_plan_of_another_program_is_proved_and_repaired(tmp_path: pathlib.Path
     assert (path[0] == rows[0]).all() and (path[-1] == rows[-1]).all()
     with pytest.raises(ValueError, match="in any order"):
         outside_plan.proved(scene, ["elbow", *names[1:]], rows)
+
+
+def test_a_controller_holds_its_distance() -> None:
+    scene, held, free, off = hold_distance.main()
+    assert scene.distances(held).min() >= 0.01 and scene.distances(free).min() < 0
+    assert np.median(off) < 0.03
+
+
+def test_distances_are_learned_from_a_file(tmp_path: pathlib.Path) -> None:
+    data, error, off, own = distance_field.main(tmp_path)
+    distance, bound = data["distance"], data["bound"]
+    assert data["q"].shape == data["gradient"].shape == (4000, 3) and (np.abs(bound) <= np.abs(distance)).all()
+    # A step of the distance ends in contact; what is learned is less wrong than the mean distance.
+    assert own.max() < 1e-4 and off.mean() < 0.05
+    assert error.mean() < 0.5 * np.abs(distance - distance.mean()).mean()

@@ -8,6 +8,7 @@
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
 //! extricate-bench bounds SCENE|chains:FROM-TO N SEED     lower bounds of N queries against all that is found below them
+//! extricate-bench distances SCENE N SEED DRAWS          signed distances of N free configurations beside what DRAWS rays find, and their cost beside queries
 //! extricate-bench scenery points|voxels N meshes|hulls   a cloud of N points around the built-in arm as one body, timed, as a JSON line
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```
@@ -24,6 +25,7 @@ mod queries;
 mod robots;
 mod scenery;
 mod server;
+mod signed_distances;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -54,6 +56,11 @@ fn main() -> anyhow::Result<ExitCode> {
         ["moved", scene, count] => {
             crate::queries::moved::measure(scene, count.parse()?, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["distances", source, count, seed, draws] => {
+            let output = std::io::stdout().lock();
+            signed_distances::measure(source, count.parse()?, seed.parse()?, draws.parse()?, output)
+                .map(|()| ExitCode::SUCCESS)
+        }
         ["scenery", kind, count, links] => {
             scenery::measure(kind, count.parse()?, links, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
@@ -67,7 +74,7 @@ fn main() -> anyhow::Result<ExitCode> {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
-                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `bounds SCENE|chains:FROM-TO N SEED` or `draw FOLDER SEED [--robots DIR]`"
+                 `moved SCENE N`, `distances SCENE N SEED DRAWS`, `scenery points|voxels N meshes|hulls`, `bounds SCENE|chains:FROM-TO N SEED` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }

@@ -360,6 +360,11 @@ typedef struct ExtricateOptions {
     // of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
     // such objects. docs/how-to/constraints.md lists the keys.
     const char *keep;
+    // The names of bodies that have to touch at the witness, two for each pair; null by default,
+    // for none. Their distance is then at most 0.5 mm beyond the clearance.
+    const char *const *touch;
+    // Number of names in `touch`, which is even.
+    size_t touch_count;
     // Weights of joints, in place of those of the scene; null by default, for none. They prepare
     // the scene anew, and a model is not used with them.
     const struct ExtricateWeight *weights;
@@ -469,6 +474,24 @@ typedef struct ExtricateSegment {
     // free.
     struct ExtricatePair pair;
 } ExtricateSegment;
+
+// How far a configuration is from the boundary of the free ones.
+typedef struct ExtricateSignedDistance {
+    // Distance to the witness, in the scene's metric: negative if the configuration collides, else
+    // 0 or more. Infinity if nothing in contact was found, or nothing near enough; nan if the
+    // configuration collides and nothing free was found.
+    double distance;
+    // Proved bound of the same sign: nothing nearer than this is on the other side; nan as
+    // `distance`.
+    double bound;
+    // A pair that collides, or for a free configuration the pair that touches at the witness.
+    // Both indices are SIZE_MAX if there is none.
+    struct ExtricatePair pair;
+    // Configurations at which the exact checker evaluated anything.
+    uint64_t checks;
+    // Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    bool cut_short;
+} ExtricateSignedDistance;
 
 // Options of a stream. extricate_stream_options_init() fills in the defaults.
 typedef struct ExtricateStreamOptions {
@@ -1053,6 +1076,13 @@ ExtricateStatus extricate_distance(const struct ExtricateSolver *solver,
                                    size_t nq,
                                    double *distance);
 
+// Computes the radius of a ball around a configuration, in the scene's metric, in which every
+// configuration within the limits is proved free; 0 if the configuration is not free.
+ExtricateStatus extricate_free_radius(const struct ExtricateSolver *solver,
+                                      const double *q,
+                                      size_t nq,
+                                      double *radius);
+
 // Computes the signed distances of all checked pairs [m], in the order of
 // extricate_scene_pair(). `pair_count` must be the number that extricate_scene_pair_count()
 // returns.
@@ -1157,6 +1187,28 @@ ExtricateStatus extricate_query_batch(const struct ExtricateScene *scene,
                                       size_t threads,
                                       double *witnesses,
                                       struct ExtricateSummary *summaries);
+
+// Measures how far each of `count` configurations is from the boundary of the free ones, in the
+// scene's metric. For one that collides it is minus the depth, else the distance to the nearest in
+// contact. They follow one another in `q`, `nq` numbers each, and may be beyond the limits.
+// `within` is a distance above 0 beyond which a free configuration is far enough; infinity for
+// none. `threads` is 0 for one per core. Limits on checks and seconds, effort and locked joints
+// are those of the options of the solver.
+//
+// Writes `count` distances, witnesses of `nq` numbers and gradients of `nv` numbers, in tangent
+// coordinates. The witness is the nearest free configuration, or the nearest in contact, which is
+// free and just touches; nan if there is none. The gradient is that of the distance; it is 0
+// without a witness, and nan if nothing free was found.
+ExtricateStatus extricate_signed_distances(const struct ExtricateSolver *solver,
+                                           const double *q,
+                                           size_t count,
+                                           size_t nq,
+                                           size_t nv,
+                                           double within,
+                                           size_t threads,
+                                           struct ExtricateSignedDistance *distances,
+                                           double *witnesses,
+                                           double *gradients);
 
 // Checks whether each of `count` configurations is free, as extricate_check() does for one. They
 // follow one another in `q`, `nq` numbers each. `threads` is 0 for one per core.

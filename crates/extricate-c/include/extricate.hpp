@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -735,6 +736,8 @@ struct Options {
     std::vector<std::string> locked;
     std::vector<std::string> free;
     std::string keep;
+    /// Pairs of bodies that have to touch at the witness, by their names: their distance is then at most 0.5 mm beyond the clearance.
+    std::vector<std::array<std::string, 2>> touch;
     std::vector<Weight> weights;
     std::vector<double> toward;
     double toward_share = 0.25;
@@ -749,6 +752,8 @@ namespace detail {
 class RawOptions {
 public:
     RawOptions(const Options& options, std::function<bool()>* stop) : locked_(pointers(options.locked)), free_(pointers(options.free)) {
+        for (const auto& pair : options.touch)
+            for (const std::string& name : pair) touch_.push_back(name.c_str());
         for (const Weight& one : options.weights)
             weights_.push_back(ExtricateWeight{one.joint.c_str(), one.translation, one.rotation});
         extricate_options_init(&raw_);
@@ -768,6 +773,8 @@ public:
         raw_.free = free_.data();
         raw_.free_count = free_.size();
         raw_.keep = options.keep.empty() ? nullptr : options.keep.c_str();
+        raw_.touch = touch_.data();
+        raw_.touch_count = touch_.size();
         raw_.weights = weights_.data();
         raw_.weight_count = weights_.size();
         raw_.toward = options.toward.data();
@@ -782,7 +789,7 @@ public:
 
 private:
     ExtricateOptions raw_;
-    std::vector<const char*> locked_, free_;
+    std::vector<const char*> locked_, free_, touch_;
     std::vector<ExtricateWeight> weights_;
 };
 }  // namespace detail
@@ -1129,6 +1136,16 @@ struct DistanceRow {
     std::vector<double> gradient;
 };
 
+/// How far a configuration is from the boundary of the free ones.
+struct SignedDistance {
+    /// Distance, proved bound and pair.
+    ExtricateSignedDistance numbers;
+    /// The nearest free configuration, or the nearest in contact; nan if there is none.
+    std::vector<double> witness;
+    /// Derivative of the distance over the tangent coordinates.
+    std::vector<double> gradient;
+};
+
 /// Answers queries of a scene with options that stay between calls, and checks configurations. Any number of
 /// threads may use one solver; only set_options() needs a solver for itself.
 class Solver {
@@ -1171,6 +1188,32 @@ public:
         double distance = std::nan("");
         detail::succeeded(extricate_distance(solver_.get(), q.data(), q.size(), &distance));
         return distance;
+    }
+    /// Radius of a ball around a configuration, in the scene's metric, in which everything within the limits is
+    /// proved free; 0 if the configuration is not free.
+    [[nodiscard]] double free_radius(Config q) const {
+        double radius = std::nan("");
+        detail::succeeded(extricate_free_radius(solver_.get(), q.data(), q.size(), &radius));
+        return radius;
+    }
+    /// How far each of the consecutive configurations in `rows` is from the boundary of the free ones, on several
+    /// threads (0: one per core). Free configurations farther than `within` are far enough; see
+    /// extricate_signed_distances().
+    [[nodiscard]] std::vector<SignedDistance> signed_distances(Config rows, double within = std::numeric_limits<double>::infinity(),
+                                                               std::size_t threads = 0) const {
+        std::size_t count = 0;
+        if (!scene_.counts(rows, count)) return {};
+        const std::size_t nq = scene_.nq(), nv = scene_.nv();
+        std::vector<ExtricateSignedDistance> found(count);
+        std::vector<double> witnesses(count * nq), gradients(count * nv);
+        const Status status = extricate_signed_distances(solver_.get(), rows.data(), count, nq, nv, within, threads, found.data(),
+                                                         witnesses.data(), gradients.data());
+        std::vector<SignedDistance> all;
+        if (!detail::succeeded(status)) return all;
+        for (std::size_t at = 0; at < count; ++at)
+            all.push_back({found[at], std::vector<double>(&witnesses[at * nq], &witnesses[at * nq] + nq),
+                           std::vector<double>(&gradients[at * nv], &gradients[at * nv] + nv)});
+        return all;
     }
     /// Signed distances of all checked pairs [m], in their order.
     [[nodiscard]] std::vector<double> pair_distances(Config q) const {

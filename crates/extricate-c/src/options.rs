@@ -4,7 +4,7 @@
 
 use std::ffi::c_void;
 
-use extricate::{Error, KeptLink, QueryOptions, Scene, Solver, Stop, Termination, Toward};
+use extricate::{Error, KeptLink, PairId, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
 use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions, ExtricateWeight};
@@ -62,6 +62,8 @@ pub fn defaults() -> ExtricateOptions {
         free: std::ptr::null(),
         free_count: 0,
         keep: std::ptr::null(),
+        touch: std::ptr::null(),
+        touch_count: 0,
         weights: std::ptr::null(),
         weight_count: 0,
         toward: std::ptr::null(),
@@ -93,6 +95,8 @@ impl Wanted {
         // SAFETY: the same.
         let keep = unsafe { raw::optional_text(given.keep, "options.keep") }?;
         // SAFETY: the same.
+        let touch = unsafe { raw::texts(given.touch, given.touch_count, "options.touch") }?;
+        // SAFETY: the same.
         let weights = unsafe { raw::slice(given.weights, given.weight_count, "options.weights") }?;
         let weight = |(at, weight): (usize, &ExtricateWeight)| {
             // SAFETY: the same.
@@ -112,6 +116,7 @@ impl Wanted {
             .effort(effort)
             .exits(given.exits)
             .locked(held_joints(scene, locked, free)?)
+            .touch(touching_pairs(scene, &touch)?)
             .free_radius(given.free_radius != 0)
             .segment(given.segment != 0)
             .contacts(given.contacts != 0)
@@ -137,6 +142,17 @@ impl Wanted {
         let (base, weights) = (solver.clone(), self.weights);
         Ok(ExtricateSolver { base, solver: own, refuse_outside: self.refuse_outside, weights })
     }
+}
+
+/// Returns the pairs of bodies with these names.
+fn touching_pairs(scene: &Scene, names: &[&str]) -> Result<Vec<PairId>> {
+    if !names.len().is_multiple_of(2) {
+        return Err(Fault::argument(format!("options.touch_count: got {}, expected an even number", names.len())));
+    }
+    Ok(names
+        .chunks_exact(2)
+        .map(|two| scene.pair_named("touch", [two[0], two[1]]))
+        .collect::<extricate::Result<_>>()?)
 }
 
 /// Returns the joints that a query holds: the locked ones, or all but the free ones.
@@ -226,6 +242,7 @@ mod tests {
     const OF_C_ALONE: &[&str] = &[
         "refuse_outside",
         "locked_count",
+        "touch_count",
         "free",
         "free_count",
         "weights",
@@ -242,6 +259,7 @@ mod tests {
         ("clearance", "nan"),
         ("locked", "null"),
         ("keep", "null"),
+        ("touch", "null"),
         ("toward", "null"),
         ("max_checks", "SIZE_MAX"),
         ("max_seconds", "infinity"),
@@ -310,6 +328,7 @@ mod tests {
             "clearance" => number(given.clearance),
             "locked" => pointer(given.locked.is_null()),
             "keep" => pointer(given.keep.is_null()),
+            "touch" => pointer(given.touch.is_null()),
             "toward" => pointer(given.toward.is_null()),
             "toward_share" => number(given.toward_share),
             "max_checks" => count(given.max_checks),

@@ -27,6 +27,8 @@ const TABLE: &[(&str, There)] = &[
     ("Progress.boundary_samples", At(&["ExtricateProgress"], &["Scene::learn"])),
     ("Progress.accuracy", At(&["ExtricateProgress"], &["Scene::learn"])),
     ("_Calls.query", At(&["extricate_query"], &["Solver::query"])),
+    ("_Calls.signed_distance", At(&["extricate_signed_distances"], &["Solver::signed_distances"])),
+    ("_Calls.free_radius", At(&["extricate_free_radius"], &["Solver::free_radius"])),
     ("_Calls.show", Not("the program `extricate view` writes the page")),
     ("_Calls.stream", At(&["extricate_stream_new"], &["Stream::Stream"])),
     ("_Calls.escape", At(&["extricate_escape"], &["Solver::escape"])),

@@ -11,7 +11,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use extricate::{ConfigSpace, LoadLimit, LoadLimits, LoadOptions, QueryOptions, Termination, Toward};
 
 use crate::commands::{
-    check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
+    check, demo, distance, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
 };
 use crate::input::Configs;
 
@@ -50,7 +50,7 @@ impl Cli {
 
 /// Commands as `--help` lists them, grouped by purpose.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Ask", &["query", "check", "escape", "plan", "repair", "grasp"]),
+    ("Ask", &["query", "distance", "check", "escape", "plan", "repair", "grasp"]),
     ("See", &["info", "view", "report", "demo"]),
     ("Learn", &["learn"]),
     ("Files", &["sample", "import", "completions", "man"]),
@@ -127,6 +127,8 @@ pub enum Command {
     Learn(learn::LearnArgs),
     /// Find the free configuration nearest to each given one
     Query(query::QueryArgs),
+    /// Measure how far configurations are from the boundary of the free ones, with a proved bound
+    Distance(distance::DistanceArgs),
     /// Release a hand whose fingers penetrate the object that it holds, and keep its contacts
     Grasp(grasp::GraspArgs),
     /// Print a script that lets a shell complete the command line
@@ -269,6 +271,12 @@ pub fn share_or_more(text: &str) -> Result<f64, String> {
 
 pub fn length(text: &str) -> Result<f64, String> {
     checked(real(text)?, QueryOptions::clearance)
+}
+
+/// Parses a distance in metric units.
+pub fn above_zero(text: &str) -> Result<f64, String> {
+    let value = real(text)?;
+    if value > 0.0 { Ok(value) } else { Err("expected a number above 0".into()) }
 }
 
 /// Parses a whole number, written with digits, or with an exponent as in `1e4` or `2.5e3`.
@@ -450,7 +458,7 @@ mod tests {
             "view scene.toml --serve 8000 -o page.html",
             "view scene.toml --serve 70000",
             "view scene.toml --wasm x.wasm",
-            "view scene.toml --q 0 --answers a.jsonl --live",
+            "view scene.toml --answers a.jsonl --objects meshes --live",
             "escape scene.toml --q 0 --exits 0",
             "escape scene.toml --q 0 --tolerance -1",
             "plan scene.toml --from 0",

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use anyhow::Context;
+use extricate::files::load_visuals;
 use extricate::geometry::Body;
-use extricate::{Config, Solver};
+use extricate::parts::Visual;
+use extricate::{Config, LoadOptions, Solver};
 use extricate_view::{AnswerData, Detail, GraspData, Inspector, Live, Page};
 use rayon::prelude::*;
 
@@ -23,6 +25,8 @@ pub struct About<'a> {
     pub source: &'a str,
     /// Whether the answers are frames of a motion.
     pub is_stream: bool,
+    /// How links look, or why that is not shown.
+    pub visuals: Result<Vec<Visual>, String>,
     /// The library for a live page.
     pub live: Option<&'a Live>,
 }
@@ -57,9 +61,20 @@ pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result
         shown.into_par_iter().map_init(inspector, inspect).collect()
     });
     let shown = shown.map_err(anyhow::Error::msg)?;
-    let made = format!("extricate {}; numbers as in {}", env!("CARGO_PKG_VERSION"), about.source);
-    let page = Page { title: about.title, made: &made, answers: &shown, is_stream: about.is_stream, live: about.live };
-    page.html(solver.scene()).context("cannot write the page")
+    let mut made = format!("extricate {}; numbers as in {}", env!("CARGO_PKG_VERSION"), about.source);
+    if let Err(why) = &about.visuals {
+        made += &format!("; without visual meshes: {why}");
+    }
+    let visuals = about.visuals.as_deref().unwrap_or_default();
+    let &About { title, is_stream, live, .. } = about;
+    let page = Page { title, made: &made, answers: &shown, is_stream, visuals, live };
+    page.html(solver).context("cannot write the page")
+}
+
+/// Reads how the links of a scene file or URDF look. A page is written without that too, so a fault
+/// is a text.
+pub fn visuals(file: &Path, options: &LoadOptions) -> Result<Vec<Visual>, String> {
+    load_visuals(file, options).map_err(|error| error.to_string())
 }
 
 /// Name of a file as pages show it.

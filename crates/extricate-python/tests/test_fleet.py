@@ -81,6 +81,8 @@ def test_scenes_are_learned_once_and_a_bad_one_ends_nothing(tmp_path: pathlib.Pa
     expected = models["lazy"].scene.query_batch(rows["lazy"])
     assert (found["lazy"].answers["witness"] == expected["witness"]).all()
     assert found["stuck"].error == "ZeroDivisionError: division by zero" and found["no"].error == "KeyError: 'no'"
+    measured = by_key(fleet.distance(given, {"lazy": rows["lazy"]}, workers=2))["lazy"].answers
+    assert (measured["distance"] == models["lazy"].scene.signed_distance(rows["lazy"])["distance"]).all()
     for source in (given, tmp_path / "models"):
         released = by_key(fleet.release(source, {"box0": rows["box0"], "lazy": rows["lazy"]}, object="box", workers=2))
         hands = scenes["box0"].release(rows["box0"], object="box")
@@ -104,7 +106,7 @@ def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
 
 def children(of: int = 0) -> List[int]:
     """Returns the ids of the workers of this process, or of another one."""
-    found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
+    found = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "extricate._worker" in line]
 
 

@@ -27,6 +27,22 @@ def test_the_tool_stays_and_the_answer_says_how_far_it_is_off() -> None:
     assert kept > 8
 
 
+def test_a_list_may_hold_names() -> None:
+    scene = Scene.builtin("dual-arm")
+    q, hands = scene.sample(1, seed=2, colliding=False)[0], ["left/gripper", "right/gripper"]
+    named = scene.query(q, keep=hands)
+    assert named is not None and named.free
+    moved = scene.sample(1, seed=3, colliding=False)[0]
+    poses = scene.poses(moved, of=hands)
+    answers = [
+        scene.query(q, keep=[first, {"link": hands[1], "pose": poses[1]}]) for first in (hands[0], {"link": hands[0]})
+    ]
+    assert all(answer is not None and answer.off == [1] for answer in answers)
+    assert answers[0] is not None and answers[1] is not None and (answers[0].witness == answers[1].witness).all()
+    with pytest.raises(TypeError, match="keep"):
+        scene.query(q, keep=[3])  # type: ignore[list-item]
+
+
 def test_a_free_query_is_moved_to_a_pose() -> None:
     scene = Scene.builtin("shelf-arm")
     q, target = scene.sample(2, seed=5, colliding=False)
@@ -38,6 +54,9 @@ def test_a_free_query_is_moved_to_a_pose() -> None:
     assert "kept" in str(answer)
     rows = scene.query_batch(np.array([q, target]), keep={"link": link, "pose": pose})
     assert not rows["free"][0] and rows["free"][1]
+    moved = scene.query(q, keep={"link": link, "pose": pose})
+    assert moved is not None and rows["kept"].shape == (2, 1, 2)
+    assert rows["kept"][0].tolist() == [list(off) for off in moved.kept] and np.isnan(rows["kept"][1]).all()
 
 
 @pytest.mark.parametrize(

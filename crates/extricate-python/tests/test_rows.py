@@ -95,6 +95,12 @@ def test_a_spoiled_row_is_a_row_with_a_reason(planar: Scene) -> None:
     assert (checked["free"][others] == planar.check(Q[others])).all()
     assert (checked["clearance"][others] == planar.distances(Q[others])).all()
 
+    measured = rows.Distance(planar, within=2.0)({"q": spoiled})
+    assert (measured["error"] == found["error"]).all() and np.isnan(measured["distance"][[3, 17]]).all()
+    expected = planar.signed_distance(Q[good], within=2.0)
+    for name in ("distance", "bound", "witness", "gradient", "pair", "checks"):
+        np.testing.assert_array_equal(measured[name][good], expected[name])
+
     # Rows of any form, and those that were spoiled before.
     found = rows.Check(planar)({"q": [[0, 0, 0], None, [1, 2], ["x", 0, 0], [0, 0, 0]], "error": ["", "", "", "", "no file"]})
     assert found["error"].tolist() == [
@@ -240,9 +246,25 @@ def test_a_run_is_of_one_input_one_mapper_and_one_block(planar: Scene, tmp_path:
     written(source, {"q": Q[:4]})
     with pytest.raises(ValueError, match="got output of another input"):
         rows.run(rows.Check(planar), [source, more], output, block=8)
+    (output / "part-000001.npz").unlink()
+    for read in (rows.read, lambda path: list(rows.batches(path, 4)), lambda path: rows.run(rows.Check(planar), path, tmp_path / "next.npz")):
+        with pytest.raises(ValueError, match="out.npz: got 3 of 4 blocks, expected the output of a run that is done"):
+            read(output)
+    assert len(rows.read(sorted(output.glob("part-*")))["q"]) == 17
     (output / "_run.json").write_text("{}")
     with pytest.raises(ValueError, match="_run.json: KeyError"):
         rows.run(rows.Check(planar), [source, more], output, block=8)
+
+
+def test_another_mesh_of_the_same_name_is_another_object(tmp_path: pathlib.Path) -> None:
+    source, mesh = written(tmp_path / "in.npz", {"q": hands(4)}), tmp_path / "object.obj"
+    mesh.write_text(OBJECT)
+    release = rows.Release(Scene.builtin("hand"), object=extricate.Mesh(mesh))
+    rows.run(release, source, tmp_path / "out.npz")
+    assert rows.run(release, source, tmp_path / "out.npz") == rows.Done(4, 0, 0)
+    mesh.write_text(OBJECT.replace("0 0 0.1\n", "0 0 0.2\n"))
+    with pytest.raises(ValueError, match="got output of another mapper"):
+        rows.run(release, source, tmp_path / "out.npz")
 
 
 def test_arguments_and_files_are_checked(planar: Scene, tmp_path: pathlib.Path) -> None:
@@ -349,10 +371,12 @@ def test_a_run_that_is_killed_goes_on(tmp_path: pathlib.Path) -> None:
         driver.kill()
         driver.wait()
     kept = contents(output)
+    # A writer that is killed leaves such a file.
+    (output / f".part-000007.npz.{'0f' * 16}").touch()
     done = rows.run(release, source, output, block=250)
     assert done.rows == 2000 and 0 < done.new <= 2000 - 250 * len(kept)
     assert {name: digest for name, digest in contents(output).items() if name in kept} == kept
-    assert len(rows.read(output)["config"]) == 2000 and not list(output.glob(".part-*"))
+    assert len(rows.read(output)["config"]) == 2000 and not list(output.glob(".*.*"))
 
 
 def test_executors_give_the_same_bytes(planar: Scene, tmp_path: pathlib.Path) -> None:
@@ -426,7 +450,8 @@ def test_ray_data_takes_the_classes_as_they_are(tmp_path: pathlib.Path) -> None:
     for part in range(2):
         some = slice(200 * part, 200 * part + 200)
         written(tmp_path / "in" / f"{part}.parquet", {"q": Q[some], "row": np.arange(400)[some], "object": ["good.obj"] * 200})
-    ray.init(num_cpus=2, object_store_memory=150 * 2**20, include_dashboard=False, log_to_driver=False)
+    # Another cluster may run on this machine.
+    ray.init(address="local", num_cpus=2, object_store_memory=150 * 2**20, include_dashboard=False, log_to_driver=False)
     try:
         data = ray.data.read_parquet(str(tmp_path / "in"))
         released = data.map_batches(rows.Release, fn_constructor_args=(hand,), fn_constructor_kwargs={"objects": tmp_path}, concurrency=1, batch_size=128)

@@ -9,7 +9,7 @@ class Controls {
     // `show` is called after every change, `showChosen` after another query or exit is chosen. `onReset` is called if the
     // picture may be turned back, and has to be turned back if it is given `true`.
     constructor(answers, { show, showChosen, onReset }) {
-        Object.assign(this, { answers, show, showChosen, onReset, query: 0, exit: 0, percent: 0, playing: null, isOpening: false });
+        Object.assign(this, { answers, show, showChosen, onReset, query: 0, exit: 0, percent: 0, playing: null, isOpening: false, keys: {} });
         this.makeQueries();
         this.makeMove();
         addEventListener("keydown", event => this.key(event));
@@ -90,16 +90,16 @@ class Controls {
 
     // Segments of a path: proved free, in collision, or neither.
     fillProved() {
-        const { played, exits } = this.shown;
+        const { played } = this.shown;
         const path = played && played.path;
         this.proved.hidden = !path;
         if (!path) return;
-        const ends = [...(exits[0].way || []).map(({ at }) => at), 1];
+        const ends = waypointsOf(this.shown).map(({ at }) => at);
         const words = { f: "proved free", c: "in collision", u: "undecided" };
         this.proved.setAttribute("aria-label", [...path.segments].map(letter => words[letter]).join(", "));
         this.proved.replaceChildren(...[...path.segments].map((letter, at) => {
             const part = element("i", { className: letter, title: `segment ${at + 1}: ${words[letter]}` });
-            part.style.flex = String(ends[at] - (at ? ends[at - 1] : 0));
+            part.style.flex = String(ends[at + 1] - ends[at]);
             return part;
         }));
     }
@@ -140,6 +140,7 @@ class Controls {
     // What depends on the query and the exit alone.
     refresh() {
         this.list.value = String(this.query);
+        this.list.options[this.query].textContent = this.nameOf(this.shown, this.query);
         const { exits, played } = this.shown;
         this.exits.hidden = !!played;
         // A frame of a motion that is free has no exit, but its place in the plot.
@@ -198,7 +199,7 @@ class Controls {
             ArrowRight: () => this.go(this.percent + (event.shiftKey ? 10 : 1)),
             Home: () => this.go(0), End: () => this.go(100), " ": () => this.toggle(), a: () => this.player.toggle(),
             n: () => this.choose(this.query + 1), p: () => this.choose(this.query - 1),
-            r: () => this.onReset(true),
+            r: () => this.onReset(true), ...this.keys,
         };
         const pressesButton = event.key === " " && event.target.tagName === "BUTTON";
         const action = /^[1-9]$/.test(event.key) ? () => this.pick(Number(event.key) - 1) : actions[event.key];

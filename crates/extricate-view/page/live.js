@@ -45,12 +45,23 @@ class Live {
         this.makeJoints();
         this.makeObstacles();
         if (stage) this.followPointer();
-        controls.onChoose = () => {
-            // What was dragged is of the query before.
-            this.forget();
+        // What was dragged is of the query before.
+        controls.onChoose = () => this.forget();
+        const { show } = controls;
+        controls.show = () => {
+            show();
             this.showJoints();
         };
         this.showJoints();
+    }
+
+    // What is dragged: the waypoint of a path that is nearest to the slider, or the query.
+    held() {
+        const { shown, percent } = this.controls;
+        const points = waypointsOf(shown);
+        const off = points.map(({ at }) => Math.abs(100 * at - percent));
+        const nearest = off.indexOf(Math.min(...off));
+        return { points, nearest, q: points.length ? points[nearest].q : shown.q };
     }
 
     // One row a tangent coordinate: a turn about each axis for a rotation.
@@ -92,7 +103,7 @@ class Live {
     }
 
     turn(slider) {
-        const q = this.controls.shown.q.slice();
+        const q = this.held().q.slice();
         const { factor } = slider;
         if (slider.axis) {
             const turned = [0, 1, 2].map(k => Number(this.sliders.filter(other => other.factor === factor)[k].input.value) * Math.PI);
@@ -106,7 +117,9 @@ class Live {
     }
 
     showJoints() {
-        const { q } = this.controls.shown;
+        const { q } = this.held();
+        if (q === this.isShown) return;
+        this.isShown = q;
         for (const slider of this.sliders) {
             const { factor } = slider;
             let value = slider.axis ? 0 : q[slider.q];
@@ -125,8 +138,11 @@ class Live {
     // Asks at most once a frame, and once more in full when nothing changes any longer.
     want(q) {
         this.wanted = q;
+        const { controls } = this;
         // What was played when the page opened ends at the exit; what is dragged is the query.
-        if (this.controls.isOpening) this.controls.go(0);
+        if (controls.isOpening) controls.go(0);
+        controls.stop();
+        controls.player.stop();
         if (this.due) return;
         this.due = requestAnimationFrame(() => {
             this.due = null;
@@ -142,15 +158,18 @@ class Live {
         this.due = null;
     }
 
-    // The answer to a query, shown; its reply is the library's, word for word.
+    // The answer to a query, or the verdict on a path with `q` as the waypoint that is held; the reply is the library's, word
+    // for word. A grasp that is dragged is a query.
     ask(q, cells) {
         const began = performance.now();
-        const reply = this.library.call({ do: "query", q, exits: this.exits, cells });
         const { controls } = this;
+        const { points, nearest } = this.held();
+        const path = points.map((point, at) => (at === nearest ? q : point.q));
+        const reply = this.library.call(path.length ? { do: "path", path } : { do: "query", q, exits: this.exits, cells });
         controls.answers[controls.query] = JSON.parse(reply);
+        if (path.length) controls.percent = 100 * waypointsOf(controls.shown)[nearest].at;
         controls.exit = Math.min(controls.exit, Math.max(0, controls.shown.exits.length - 1));
         controls.refresh();
-        this.showJoints();
         if (cells <= this.cells) {
             const better = this.cells * Math.sqrt(LIVE_CELLS.patience / Math.max(1, performance.now() - began));
             this.cells = Math.round(Math.max(LIVE_CELLS.least, Math.min(LIVE_CELLS.most, 0.5 * (this.cells + better))));
@@ -163,7 +182,7 @@ class Live {
         const seat = (this.moved[body.name] || body.seat).slice();
         by.forEach((x, k) => { seat[9 + k] += x; });
         this.put(body, seat);
-        this.want(this.controls.shown.q);
+        this.want(this.held().q);
     }
 
     put(body, seat) {
@@ -204,9 +223,7 @@ class Live {
 
 async function startLive() {
     try {
-        const live = new Live(await Library.open(DATA.live), controls);
-        window.extricate.live = live;
-        live.ask(controls.shown.q, LIVE_CELLS.most);
+        window.extricate.live = new Live(await Library.open(DATA.live), controls);
     } catch (error) {
         byId("live").hidden = false;
         byId("live").append(element("p", {}, `The joints cannot be dragged here: ${error.message || error}`));

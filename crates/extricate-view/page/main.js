@@ -133,7 +133,7 @@ makeLegend();
 listOfWords();
 if (kinematicError(SCENE) > 1e-6) console.error("the page places links elsewhere than the library");
 if (stage) {
-    makeTree(stage, show);
+    makeTree(stage, controls);
     makeTools(controls, stage, turnBack);
     followNames(stage);
     stage.onDraw = makeScale(stage);

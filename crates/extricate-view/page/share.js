@@ -71,7 +71,7 @@ function makeTools(controls, stage, turnBack) {
         copy(button, location.href);
     });
     tool("save picture", "as PNG", () => {
-        stage.draw();
+        stage.drawAt(true);
         element("a", { href: stage.renderer.domElement.toDataURL(), download: `${DATA.title}.png` }).click();
     });
     addEventListener("hashchange", () => takeHash(controls, stage));

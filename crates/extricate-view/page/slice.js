@@ -5,7 +5,7 @@ const SLICE_LIGHT = { f: [240, 246, 252], c: [240, 190, 155], o: [205, 209, 216]
 const SLICE_DARK = { f: [38, 50, 64], c: [122, 62, 22], o: [78, 84, 93], ink: "#e6eaf0", paper: "#12161c", exit: "#6cbcf0", other: "#a3adba" };
 
 function sliceColours() {
-    return DARKNESS.matches ? SLICE_DARK : SLICE_LIGHT;
+    return COLOURS === DARK ? SLICE_DARK : SLICE_LIGHT;
 }
 
 function cellsOf({ states, cells }) {
@@ -20,12 +20,17 @@ function cellsOf({ states, cells }) {
     return image;
 }
 
+// The cells of the slice that was drawn last, in its colours.
+const drawnCells = {};
+
 function drawCells(context, slice, size) {
-    const cells = document.createElement("canvas");
-    cells.width = cells.height = slice.cells;
-    cells.getContext("2d").putImageData(cellsOf(slice), 0, 0);
+    if (drawnCells.slice !== slice || drawnCells.colours !== sliceColours()) {
+        const image = element("canvas", { width: slice.cells, height: slice.cells });
+        image.getContext("2d").putImageData(cellsOf(slice), 0, 0);
+        Object.assign(drawnCells, { slice, colours: sliceColours(), image });
+    }
     context.imageSmoothingEnabled = false;
-    context.drawImage(cells, 0, 0, size, size);
+    context.drawImage(drawnCells.image, 0, 0, size, size);
 }
 
 function drawRing(context, points, at, dash, width) {

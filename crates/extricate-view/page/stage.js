@@ -33,7 +33,19 @@ function geometryOf({ low, side, vertices, triangles, wide }) {
 function material(colour, opacity) {
     return new THREE.MeshLambertMaterial({
         color: colour, opacity, transparent: opacity < 1, depthWrite: opacity === 1, flatShading: true, side: THREE.DoubleSide,
+        // Without this, what is translucent is drawn twice, and its shader is looked up anew for every picture.
+        forceSinglePass: true,
     });
+}
+
+// Milliseconds without a change after which a picture is at rest.
+const REST = 250;
+
+// Whether pictures are drawn by the processor, which is too slow for smooth edges while something moves.
+function isDrawnByProcessor() {
+    const gl = element("canvas").getContext("webgl2");
+    const info = gl && gl.getExtension("WEBGL_debug_renderer_info");
+    return !!info && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
 }
 
 // Points or voxels: solids, or squares if they are many.
@@ -66,15 +78,46 @@ function setPose(object, pose) {
     object.matrixWorldNeedsUpdate = true;
 }
 
+// How links look: shapes in the colours of their materials.
+function visualsOf({ visuals }) {
+    return visuals.map(({ body, frame, colour, surface }) => {
+        const mesh = new THREE.Mesh(geometryOf(surface), material(0, 1));
+        mesh.userData.body = body;
+        return { body, frame, colour, mesh, group: groupOf(mesh) };
+    });
+}
+
+// What stands for shapes in quick tests: edges of the convex pieces of meshes, and balls in solids.
+function standInsOf({ bodies, stand_ins: all }) {
+    return all.map(({ body, balls, pieces }) => {
+        const spheres = new THREE.InstancedMesh(new THREE.SphereGeometry(1, 16, 10), material(COLOURS.contact, 0.25), balls.length);
+        balls.forEach(([x, y, z, r], at) => spheres.setMatrixAt(at, new THREE.Matrix4().set(r, 0, 0, x, 0, r, 0, y, 0, 0, r, z, 0, 0, 0, 1)));
+        const edges = pieces ? [new THREE.LineSegments(
+            new THREE.EdgesGeometry(geometryOf(pieces), 1), new THREE.LineBasicMaterial({ color: COLOURS.contact }))] : [];
+        return { body, frame: bodies[body].frame, group: groupOf(spheres, ...edges) };
+    });
+}
+
+// Layers that few people look at are made when they are shown.
+const EXTRAS = { visuals: visualsOf, stand_ins: standInsOf };
+
+function groupOf(...parts) {
+    const group = new THREE.Group();
+    group.matrixAutoUpdate = false;
+    group.add(...parts);
+    return group;
+}
+
 class Stage {
     constructor(host, scene) {
-        Object.assign(this, { host, scene, hidden: new Set(), lit: null, radius: 1, onDraw: () => {} });
+        Object.assign(this, { host, scene, hidden: new Set(), lit: null, radius: 1, extras: [], poses: [], onDraw: () => {} });
         this.world = new THREE.Scene();
         this.world.background = new THREE.Color(COLOURS.back);
         this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
         this.camera.up.set(0, 0, 1);
-        this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+        this.isSlow = isDrawnByProcessor();
+        this.renderer = new THREE.WebGLRenderer({ antialias: !this.isSlow });
+        this.sharpen(true);
         const picture = this.renderer.domElement;
         host.append(picture);
         picture.tabIndex = 0;
@@ -88,8 +131,9 @@ class Stage {
         sun.position.set(0.5, -0.6, 1.4);
         this.world.add(new THREE.HemisphereLight(0xffffff, 0x9aa3b0, 1.9), sun);
         this.layers = {};
-        for (const name of ["solid", "obstacles", "ghost", "target", "contacts", "grid"]) {
+        for (const { name } of LAYERS) {
             this.layers[name] = new THREE.Group();
+            this.layers[name].visible = !(name in EXTRAS);
             this.world.add(this.layers[name]);
         }
         this.bodies = scene.bodies.map((body, at) => this.makeBody(body, at));
@@ -101,10 +145,8 @@ class Stage {
         const made = { at, body, moves: body.frame !== 0 || body.link };
         made.geometry = body.surface ? geometryOf(body.surface) : null;
         const add = (layer, ...parts) => {
-            const group = new THREE.Group();
-            group.matrixAutoUpdate = false;
             for (const part of parts) part.userData.body = at;
-            group.add(...parts);
+            const group = groupOf(...parts);
             this.layers[layer].add(group);
             return group;
         };
@@ -136,6 +178,24 @@ class Stage {
         return made;
     }
 
+    // Whether the scene has anything for a layer.
+    has(name) {
+        return !(name in EXTRAS) || this.scene[name].length > 0;
+    }
+
+    showLayer(name, isOn) {
+        this.layers[name].visible = isOn;
+        if (!isOn || !(name in EXTRAS) || this.layers[name].children.length) return;
+        const made = EXTRAS[name](this.scene);
+        this.layers[name].add(...made.map(({ group }) => group));
+        this.extras.push(...made);
+        this.placeExtras();
+    }
+
+    placeExtras() {
+        for (const { body, frame, group } of this.extras) setPose(group, (this.bodies[body] || {}).pose || this.poses[frame]);
+    }
+
     // Puts a body in the place of another, or none.
     replace(at, body) {
         const made = this.bodies[at];
@@ -154,12 +214,21 @@ class Stage {
             const moved = own.reduce((most, x, k) => Math.max(most, Math.abs(x - other[k]) * (k < 12 ? made.reach : 1)), 0);
             made[layer].visible = !this.hidden.has(made.at) && moved > 0.005 * this.radius;
         }
+        if (layer === "solid") {
+            this.poses = poses;
+            this.placeExtras();
+        }
         this.render();
     }
 
     // Colours of the robot: what collides, and whether nothing does. The edges of obstacles change, so that links inside of
     // them stand out. If some bodies are lit, the others fade.
     colour(hit, isFree) {
+        const isThrough = Object.keys(EXTRAS).some(name => this.layers[name].visible);
+        for (const { body, colour, mesh, group } of this.extras) {
+            group.visible = !this.hidden.has(body);
+            if (mesh) mesh.material.color.set(hit.has(body) ? COLOURS.hit : colour === null ? COLOURS.plain : colour);
+        }
         for (const made of this.bodies) {
             if (!made) continue;
             const [isHit, isDim] = [hit.has(made.at), this.lit && !this.lit.has(made.at)];
@@ -167,9 +236,10 @@ class Stage {
             if (made.moves) {
                 const look = made.mesh.material;
                 look.color.set(isHit ? COLOURS.hit : isFree ? COLOURS.free : COLOURS.plain);
-                look.opacity = isDim ? 0.12 : 1;
-                look.transparent = isDim;
-                look.depthWrite = !isDim;
+                look.opacity = isDim ? 0.12 : isThrough ? 0.35 : 1;
+                const isThin = !!(isDim || isThrough);
+                // The shader of what is solid takes no opacity.
+                if (look.transparent !== isThin) Object.assign(look, { transparent: isThin, depthWrite: !isThin, needsUpdate: true });
                 continue;
             }
             // A cloud that collides in one place keeps its colour, unless its pair is lit.
@@ -235,13 +305,20 @@ class Stage {
         this.world.background.set(COLOURS.back);
         this.drawGrid(this.height);
         this.contacts = null;
+        this.extras = [];
+        for (const name of Object.keys(EXTRAS)) {
+            this.layers[name].clear();
+            this.showLayer(name, this.layers[name].visible);
+        }
     }
 
     // Puts an obstacle away from where the scene has it, by a vector [m].
     shift(body, by) {
         const made = this.bodies[body];
         if (!made) return;
-        setPose(made.solid, [...IDENTITY.slice(0, 9), ...by]);
+        made.pose = [...IDENTITY.slice(0, 9), ...by];
+        setPose(made.solid, made.pose);
+        this.placeExtras();
         this.render();
     }
 
@@ -257,8 +334,9 @@ class Stage {
 
     // The first body under the pointer that is shown, and where.
     bodyAt(event) {
-        const isShown = made => made && made.solid.visible && made.solid.parent.visible;
-        const parts = this.bodies.filter(isShown).flatMap(made => made.solid.children.filter(part => part !== made.edges));
+        const groups = [...this.bodies.filter(made => made).map(({ solid }) => solid), ...this.layers.visuals.children];
+        const shown = groups.filter(group => group.visible && group.parent.visible);
+        const parts = shown.flatMap(group => group.children.filter(part => !part.isLineSegments && part.userData.body !== null));
         const [hit] = this.rayOf(event).intersectObjects(parts, false);
         return hit ? { body: hit.object.userData.body, point: hit.point.toArray() } : null;
     }
@@ -314,7 +392,20 @@ class Stage {
     render() {
         if (this.due) return;
         this.due = true;
-        requestAnimationFrame(() => this.draw());
+        requestAnimationFrame(() => this.drawAt(false));
+        clearTimeout(this.later);
+        if (this.isSlow) this.later = setTimeout(() => this.drawAt(true), REST);
+    }
+
+    drawAt(isSharp) {
+        this.sharpen(isSharp);
+        this.draw();
+    }
+
+    // A graphics card always draws as many pixels as the screen has. The processor draws one for each of the page, or four.
+    sharpen(isSharp) {
+        const ratio = !this.isSlow ? Math.min(devicePixelRatio, 2) : isSharp ? 2 : 1;
+        if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
     }
 
     draw() {

@@ -1,6 +1,15 @@
 // The bodies as a tree, each with a box that shows or hides it, and the layers of the picture.
 
-const LAYERS = { ghost: "query, while the robot is elsewhere", target: "exit", obstacles: "obstacles", contacts: "contacts", grid: "grid" };
+const LAYERS = [
+    { name: "solid", text: "links, as they are checked" },
+    { name: "visuals", text: "visual meshes of links", key: "v" },
+    { name: "stand_ins", text: "convex pieces of meshes, and balls in solids", key: "c" },
+    { name: "ghost", text: "query, while the robot is elsewhere" },
+    { name: "target", text: "exit" },
+    { name: "obstacles", text: "obstacles" },
+    { name: "contacts", text: "contacts" },
+    { name: "grid", text: "grid" },
+];
 
 function checkbox(text, isOn, onChange) {
     const box = element("input", { type: "checkbox", checked: isOn });
@@ -13,13 +22,24 @@ function depthOf(frame) {
     return frame === 0 ? 0 : 1 + depthOf(SCENE.frames[frame].parent);
 }
 
-function makeTree(stage, changed) {
-    const shown = Object.fromEntries(Object.keys(LAYERS).map(name => [name, true]));
-    const layers = Object.entries(LAYERS).map(([name, text]) => checkbox(text, true, isOn => {
-        shown[name] = isOn;
-        stage.layers[name].visible = isOn;
-        changed();
-    }));
+// The box of a layer; its key does the same.
+function boxOf(stage, controls, { name, text, key }) {
+    const isCoarse = name === "visuals" && SCENE.visuals.some(({ surface }) => surface.merged);
+    const label = checkbox((isCoarse ? `${text}, more coarsely` : text) + (key ? ` (${key.toUpperCase()})` : ""), stage.layers[name].visible, isOn => {
+        stage.showLayer(name, isOn);
+        controls.show();
+    });
+    if (key) {
+        controls.keys[key] = () => {
+            label.firstChild.checked = !label.firstChild.checked;
+            label.firstChild.onchange();
+        };
+    }
+    return label;
+}
+
+function makeTree(stage, controls) {
+    const layers = LAYERS.filter(({ name }) => stage.has(name)).map(layer => boxOf(stage, controls, layer));
     const details = element("details", {}, element("summary", {}, `Bodies and layers (${SCENE.bodies.length})`));
     // Scenes may have thousands of bodies, so they are listed when someone looks.
     details.addEventListener("toggle", () => {
@@ -29,12 +49,11 @@ function makeTree(stage, changed) {
             const label = checkbox(body.name, true, isOn => {
                 if (isOn) stage.hidden.delete(at);
                 else stage.hidden.add(at);
-                changed();
+                controls.show();
             });
             label.style.paddingLeft = `${12 * Math.min(depthOf(body.frame), 10)}px`;
             details.append(label);
         });
     });
     byId("bodies").append(details);
-    return shown;
 }

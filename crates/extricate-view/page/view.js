@@ -46,9 +46,9 @@ function trialOf(stage, hit) {
             made.mesh.material = !isTrial ? made.look : !made.moves ? looks.veil : hit.has(made.at) ? looks.hit : looks.other;
             if (made.edges) made.edges.visible = !isTrial;
         }
-        for (const name of ["ghost", "target", "contacts", "grid"]) {
-            if (isTrial) wasShown[name] = stage.layers[name].visible;
-            stage.layers[name].visible = !isTrial && wasShown[name];
+        for (const [name, layer] of Object.entries(stage.layers)) {
+            if (isTrial) wasShown[name] = layer.visible;
+            layer.visible = isTrial ? ["solid", "obstacles"].includes(name) : wasShown[name];
         }
         stage.world.background.set(isTrial ? 0 : COLOURS.back);
     };
@@ -141,7 +141,11 @@ function makeScale(stage) {
     const text = element("span");
     byId("scale").append(canvas, text);
     const context = canvas.getContext("2d");
+    let shown = "";
     return () => {
+        const now = [stage.layers.grid.visible, stage.cell, ...stage.camera.quaternion.toArray()].join();
+        if (now === shown) return;
+        shown = now;
         text.textContent = stage.layers.grid.visible ? `squares of ${digits(stage.cell)} m` : "";
         context.clearRect(0, 0, 2 * side, 2 * side);
         const axes = [["x", 1, 0, 0, "#c24e00"], ["y", 0, 1, 0, "#00866b"], ["z", 0, 0, 1, "#2f86c1"]].map(([name, x, y, z, colour]) => {

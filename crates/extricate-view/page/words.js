@@ -77,6 +77,7 @@ function listOfWords() {
     const keys = [
         ["\u2190 \u2192", "along the exit"], ["Home End", "query, exit"], ["Space", "play"], ["A", "play all, or the motion"], ["1 to 9", "choose an exit"],
         ["N P", "next and previous query"], ["R", "turn the picture back"],
+        ...LAYERS.filter(({ key }) => key).map(({ key, text }) => [key.toUpperCase(), text]),
         ["\u2190 \u2191 \u2192 \u2193 + \u2212", "turn and zoom, if the picture has the focus"],
     ];
     const rows = keys.map(([key, does]) => element("p", {}, element("kbd", {}, key), " " + does));

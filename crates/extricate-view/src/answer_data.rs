@@ -42,7 +42,7 @@ pub struct Inspector<'a> {
 }
 
 /// A query and its answer.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct AnswerData {
     q: Vec<f64>,
     /// The answer under the names of the library, with pairs and coordinates as numbers. `None` if
@@ -112,7 +112,7 @@ impl<'a> Inspector<'a> {
             let radii = [answer.lower_bound, answer.depth];
             slice(self.solver, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
         });
-        AnswerData { q: q.to_vec(), answer, seconds, contacts, exits, pairs, slice, played: None, object: None }
+        AnswerData { q: q.to_vec(), answer, seconds, contacts, exits, pairs, slice, ..AnswerData::default() }
     }
 
     pub(crate) fn detail(&self) -> Detail {
@@ -128,18 +128,8 @@ impl<'a> Inspector<'a> {
         let contacts = self.contacts_at_query(q);
         let named = exit.pairs().chain(contacts.iter().map(|contact| contact.pair));
         let pairs = named.map(|pair| self.bodies(pair)).collect();
-        let (q, exits) = (q.to_vec(), vec![exit]);
-        AnswerData {
-            q,
-            answer: None,
-            seconds: None,
-            contacts,
-            exits,
-            pairs,
-            slice: None,
-            played: Some(played),
-            object: None,
-        }
+        let (q, exits, played) = (q.to_vec(), vec![exit], Some(played));
+        AnswerData { q, contacts, exits, pairs, played, ..AnswerData::default() }
     }
 
     /// Returns the page's data of an exit that no query found. Contacts within `reach` \[m\] count
@@ -184,18 +174,10 @@ impl<'a> Inspector<'a> {
         if all.is_empty() {
             all.push((answer.depth, &answer.witness, &answer.touching));
         }
-        let of_exit = |(depth, witness, touching): (f64, &Config, &[PairId])| {
-            let (stretches, distances) = self.course(q, &[], witness);
-            ExitData {
-                depth,
-                way: Vec::new(),
-                witness: witness.to_vec(),
-                max_displacement: self.moved(q, witness),
-                touching: touching.to_vec(),
-                contacts: self.contacts(witness, answer.clearance),
-                stretches,
-                distances,
-            }
+        let of_exit = |(depth, witness, touching): (f64, &Config, &[PairId])| ExitData {
+            touching: touching.to_vec(),
+            contacts: self.contacts(witness, answer.clearance),
+            ..self.exit_by_way(q, Vec::new(), witness.to_vec(), depth, None)
         };
         let mut exits: Vec<ExitData> = all.into_iter().take(MAX_EXITS).map(of_exit).collect();
         if let Some(nearest) = exits.first_mut() {

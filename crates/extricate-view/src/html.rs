@@ -1,6 +1,7 @@
 //! The page as a file: scripts and data in one HTML file.
 
-use extricate::Scene;
+use extricate::Solver;
+use extricate::parts::Visual;
 use serde::Serialize;
 
 use crate::answer_data::AnswerData;
@@ -41,6 +42,8 @@ pub struct Page<'a> {
     pub answers: &'a [AnswerData],
     /// Whether the answers are frames of a motion, which are played one after the other.
     pub is_stream: bool,
+    /// How links look; empty if that is not known.
+    pub visuals: &'a [Visual],
     /// The library for a live page, if there is one.
     pub live: Option<&'a Live>,
 }
@@ -60,11 +63,11 @@ impl Page<'_> {
     ///
     /// # Errors
     /// Fails if the data cannot be written as JSON, which no value of this crate causes.
-    pub fn html(&self, scene: &Scene) -> serde_json::Result<String> {
+    pub fn html(&self, solver: &Solver) -> serde_json::Result<String> {
         let data = Data {
             title: self.title,
             made: self.made,
-            scene: scene_data(scene),
+            scene: scene_data(solver, self.visuals),
             answers: self.answers,
             stream: self.is_stream,
             live: self.live,
@@ -154,9 +157,9 @@ mod tests {
 
     #[test]
     fn a_page_is_whole_and_asks_for_nothing() {
-        let scene = extricate::builtin::scene("planar-arm").unwrap();
-        let page =
-            Page { title: "<b>", made: "by a test", answers: &[], is_stream: false, live: None }.html(&scene).unwrap();
+        let solver = Solver::new(extricate::builtin::scene("planar-arm").unwrap());
+        let page = Page { title: "<b>", made: "by a test", answers: &[], is_stream: false, visuals: &[], live: None };
+        let page = page.html(&solver).unwrap();
         assert!(is_page(page.as_bytes()) && page.ends_with("</html>\n"));
         assert!(!page.contains("{{"), "a place is empty");
         assert!(page.contains("Copyright") && page.contains("three.js authors"));

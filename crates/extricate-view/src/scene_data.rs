@@ -1,11 +1,12 @@
 //! A scene as the page reads it: the data to place and draw every body at any configuration.
 
 use extricate::geometry::Pose;
-use extricate::parts::{Factor, Frame, MotionRecord};
-use extricate::{Manifold, Scene};
+use extricate::parts::{Factor, Frame, MotionRecord, Visual};
+use extricate::{Manifold, Scene, Solver};
 use serde::Serialize;
 
 use crate::cloud::{self, Cloud, clouds};
+use crate::layers::{StandInData, VisualData, stand_in_data, visual_data};
 use crate::triangles::{Encoded, Surface, shares};
 use crate::unit::metric_unit;
 
@@ -22,12 +23,14 @@ pub struct SceneData<'a> {
     /// Unit of the metric's distances.
     unit: &'static str,
     metric: &'static str,
-    /// Least distance of checked pairs \[m\].
-    clearance: f64,
     joints: Vec<JointData<'a>>,
     factors: &'a [Factor],
     frames: Vec<FrameData>,
     bodies: Vec<BodyData>,
+    /// How links look.
+    visuals: Vec<VisualData>,
+    /// What stands for the shapes of bodies in quick tests.
+    stand_ins: Vec<StandInData>,
     probe: Probe,
 }
 
@@ -71,8 +74,9 @@ struct Probe {
     origins: Vec<[f64; 3]>,
 }
 
-/// Collects the data that the page needs of a scene.
-pub fn scene_data(scene: &Scene) -> SceneData<'_> {
+/// Collects the data that the page needs of a scene whose links look like `visuals`.
+pub fn scene_data<'a>(solver: &'a Solver, visuals: &[Visual]) -> SceneData<'a> {
+    let scene = solver.scene();
     let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
     let triangle_shares = shares(&counts, MAX_TRIANGLES);
@@ -85,7 +89,6 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
     SceneData {
         unit: metric_unit(scene),
         metric: scene.metric().name(),
-        clearance: scene.clearance(),
         joints: scene
             .joints()
             .iter()
@@ -94,6 +97,8 @@ pub fn scene_data(scene: &Scene) -> SceneData<'_> {
         factors: scene.space().factors(),
         frames: scene.frames().iter().map(frame_data).collect(),
         bodies: (0..scene.bodies().len()).map(body).collect(),
+        visuals: visual_data(scene, visuals),
+        stand_ins: stand_in_data(solver),
         probe: probe(scene),
     }
 }
@@ -150,7 +155,9 @@ mod tests {
     fn every_frame_and_body_of_the_built_in_scenes_is_there() {
         for name in extricate::builtin::NAMES {
             let scene = extricate::builtin::scene(name).unwrap();
-            let value = serde_json::to_value(scene_data(&scene)).unwrap();
+            let solver = Solver::new(scene);
+            let scene = solver.scene();
+            let value = serde_json::to_value(scene_data(&solver, &[])).unwrap();
             assert_eq!(value["frames"].as_array().unwrap().len(), scene.frames().len(), "{name}");
             assert_eq!(value["frames"][0]["motion"], "world");
             let bodies = value["bodies"].as_array().unwrap();

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use extricate::geometry::{Body, Geometry};
+use extricate::geometry::{Body, Geometry, Pose, TriangleMesh};
 use serde::Serialize;
 
 /// Segments around a round shape.
-const SEGMENTS: usize = 32;
+pub const SEGMENTS: usize = 32;
 /// Segments around round shapes of a body that has many.
 const COARSE_SEGMENTS: usize = 4;
 /// Number of shapes of a body above which its round ones are drawn coarsely.
@@ -19,6 +19,7 @@ const COORDINATE_STEPS: f64 = 65535.0;
 const GRID_CELLS: [f64; 9] = [512.0, 256.0, 160.0, 100.0, 64.0, 40.0, 24.0, 12.0, 6.0];
 
 /// A surface in the coordinates of a body's frame.
+#[derive(Default)]
 pub struct Surface {
     /// Positions in the body's frame \[m\].
     pub vertices: Vec<[f64; 3]>,
@@ -46,17 +47,20 @@ impl Surface {
     /// Tessellates all shapes of a body but points and voxels, which are [`crate::cloud::Cloud`]s.
     pub fn of(body: &Body) -> Self {
         let segments = if body.parts.len() > MANY_PARTS { COARSE_SEGMENTS } else { SEGMENTS };
-        let mut surface = Self { vertices: Vec::new(), triangles: Vec::new() };
+        let mut surface = Self::default();
         for part in &body.parts {
-            if matches!(part.geometry, Geometry::Points(_) | Geometry::Voxels(_)) {
-                continue;
+            if !matches!(part.geometry, Geometry::Points(_) | Geometry::Voxels(_)) {
+                surface.add(&part.geometry.tessellate(segments), &part.pose_frame_part);
             }
-            let mesh = part.geometry.tessellate(segments);
-            let first = surface.vertices.len() as u32;
-            surface.vertices.extend(mesh.vertices().map(|vertex| part.pose_frame_part.transform(vertex)));
-            surface.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
         }
         surface
+    }
+
+    /// Adds a mesh at its pose in the body's frame.
+    pub fn add(&mut self, mesh: &TriangleMesh, pose: &Pose) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(mesh.vertices().map(|vertex| pose.transform(vertex)));
+        self.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }
 
     /// Returns the surface with fewer triangles: vertices in one cell of a grid become one, and
@@ -165,7 +169,6 @@ pub fn shares(counts: &[usize], most: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::geometry::Pose;
 
     /// A ball of many triangles.
     fn ball() -> Surface {

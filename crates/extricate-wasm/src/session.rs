@@ -2,7 +2,7 @@
 
 use extricate::geometry::Pose;
 use extricate::{Model, QueryOptions, Scene, Solver};
-use extricate_view::{Detail, Inspector};
+use extricate_view::{AnswerData, Detail, Inspector};
 use serde::Deserialize;
 
 /// Largest number of cells along each side of a slice; more are finer than a screen.
@@ -26,6 +26,9 @@ enum Request {
         /// Cells along each side of the slice; 0 for none.
         cells: usize,
     },
+    /// Judges a path of straight segments from waypoint to waypoint, as
+    /// [`extricate_view::AnswerData`].
+    Path { path: Vec<Vec<f64>> },
     /// Moves obstacles to poses in world coordinates: columns of the rotation, then the translation
     /// \[m\].
     Move { obstacles: Vec<(String, [f64; 12])> },
@@ -60,6 +63,7 @@ impl Session {
     pub fn call(&mut self, request: &[u8]) -> Result<String, String> {
         match serde_json::from_slice(request).map_err(|error| format!("request: {error}"))? {
             Request::Query { q, exits, cells } => self.query(&q, exits.min(MAX_EXITS), cells.min(MAX_CELLS)),
+            Request::Path { path } => self.path(&path),
             Request::Move { obstacles } => self.move_to(&obstacles),
         }
     }
@@ -68,9 +72,16 @@ impl Session {
         let solver = self.solver.clone().options(QueryOptions::default().exits(exits)).map_err(in_words)?;
         let q = solver.scene().space().config_anywhere(q).map_err(in_words)?;
         let answer = solver.query(&q);
-        let data =
-            Inspector::new(&solver, Detail { slice_cells: cells, distances: false }).answer_data(&q, answer, None);
-        serde_json::to_string(&data).map_err(|error| error.to_string())
+        let detail = Detail { slice_cells: cells, ..Detail::default() };
+        in_json(&Inspector::new(&solver, detail).answer_data(&q, answer, None))
+    }
+
+    fn path(&self, path: &[Vec<f64>]) -> Result<String, String> {
+        let config = |q: &Vec<f64>| self.solver.scene().space().config_anywhere(q).map_err(in_words);
+        let [first, rest @ ..] = &path.iter().map(config).collect::<Result<Vec<_>, _>>()?[..] else {
+            return Err("path: got no waypoints, expected at least one".into());
+        };
+        in_json(&Inspector::new(&self.solver, Detail::default()).path_data(first, rest))
     }
 
     fn move_to(&mut self, obstacles: &[(String, [f64; 12])]) -> Result<String, String> {
@@ -88,6 +99,10 @@ impl Session {
         self.solver = self.solver.with_scene(scene).map_err(in_words)?;
         Ok(())
     }
+}
+
+fn in_json(data: &AnswerData) -> Result<String, String> {
+    serde_json::to_string(data).map_err(|error| error.to_string())
 }
 
 fn in_words(error: extricate::Error) -> String {
@@ -133,6 +148,21 @@ mod tests {
     }
 
     #[test]
+    fn a_path_is_judged_as_in_a_written_page() {
+        let (mut session, scene) = opened();
+        let far = [1.4, 0.3, -0.2];
+        let found = call(&mut session, &json!({ "do": "path", "path": [COLLIDING, far, COLLIDING] }));
+        let solver = Solver::new(scene);
+        let [hit, free] = [COLLIDING, far].map(|q| solver.scene().config(&q).unwrap());
+        let data = Inspector::new(&solver, Detail::default()).path_data(&hit, &[free, hit.clone()]);
+        assert_eq!(found, serde_json::to_value(data).unwrap());
+        assert_eq!(
+            (&found["played"]["path"]["waypoints"], found["exits"][0]["distances"].as_array().unwrap().len()),
+            (&3.into(), 101)
+        );
+    }
+
+    #[test]
     fn an_obstacle_that_was_moved_stays_there() {
         let (mut session, scene) = opened();
         let query = json!({ "do": "query", "q": COLLIDING, "exits": 1, "cells": 0 });
@@ -173,6 +203,8 @@ mod tests {
             ("{", "request"),
             (r#"{"do": "query", "q": [0], "exits": 1, "cells": 0}"#, "expected"),
             (r#"{"do": "move", "obstacles": [["nowhere", [1,0,0,0,1,0,0,0,1,0,0,0]]]}"#, "nowhere"),
+            (r#"{"do": "path", "path": []}"#, "waypoints"),
+            (r#"{"do": "path", "path": [[0, 0, 0], [0]]}"#, "expected"),
             (r#"{"do": "fly"}"#, "fly"),
         ] {
             let error = session.call(request.as_bytes()).unwrap_err();

@@ -59,6 +59,7 @@ pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, Rel
 pub use applications::motion::{
     Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
 };
+pub use applications::signed_distance::SignedDistance;
 pub use applications::stream::{Stream, StreamOptions};
 pub use collision::{CheckScratch, Checker, Contact, DistanceRow, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
@@ -90,11 +91,12 @@ pub mod geometry {
 
 /// Parts of a [`Scene`], and records about them.
 pub mod parts {
-    pub use crate::collision::{disable_list, misses_allowed};
+    pub use crate::collision::{StandIns, disable_list, misses_allowed};
     pub use crate::cspace::Factor;
     pub use crate::robot::formats::from_arrays;
     pub use crate::robot::mesh::Component;
     pub use crate::robot::packages::PackageSearch;
+    pub use crate::scene::assemble::Visual;
     pub use crate::scene::drawing::Seated;
     pub use crate::scene::mesh_counts::MeshCount;
     pub use crate::scene::named_configs::NamedConfig;
@@ -122,7 +124,7 @@ pub mod files {
     };
     #[cfg(feature = "model-files")]
     pub use crate::io::{check_model_output, check_roadmap_output, load_roadmap, save_roadmap};
-    pub use crate::io::{check_regular, find_package, load_world, load_world_text};
+    pub use crate::io::{check_regular, find_package, load_visuals, load_world, load_world_text};
     #[cfg(feature = "moveit")]
     pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
 }

@@ -1,11 +1,11 @@
 //! Converts answers of the library to the structures of the header; reads no pointers of callers.
 
-use extricate::{Answer, Contact, KeptError, PairId, Scene, SegmentOutcome};
+use extricate::{Answer, Contact, KeptError, PairId, Scene, SegmentOutcome, SignedDistance};
 
 use super::handles::ExtricateAnswer;
 use super::types::{
     EXTRICATE_IS_PROVED, ExtricateContact, ExtricateExit, ExtricateKeptError, ExtricatePair, ExtricateSegment,
-    ExtricateSummary,
+    ExtricateSignedDistance, ExtricateSummary,
 };
 use crate::enum_constants::{UNPROVED, number};
 
@@ -89,6 +89,16 @@ pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {
         // A later library may return other outcomes, of which nothing is known here.
         _ => ExtricateSegment { is_free: false, collides: false, free_until: 0.0, at: f64::NAN, pair: NO_PAIR },
     }
+}
+
+/// The signed distance of a configuration that collides, if nothing free was found.
+pub const NO_DISTANCE: ExtricateSignedDistance =
+    ExtricateSignedDistance { distance: f64::NAN, bound: f64::NAN, pair: NO_PAIR, checks: 0, cut_short: false };
+
+pub fn signed_distance(scene: &Scene, found: &SignedDistance) -> ExtricateSignedDistance {
+    let SignedDistance { distance, bound, checks, cut_short, .. } = *found;
+    let pair = found.pairs.first().map_or(NO_PAIR, |id| pair(scene, *id));
+    ExtricateSignedDistance { distance, bound, pair, checks: checks as u64, cut_short }
 }
 
 pub fn pair(scene: &Scene, id: PairId) -> ExtricatePair {

@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use extricate::{CheckScratch, Checker, Config, Label, SegmentOptions};
 
 use super::answer_to_c;
-use super::handles::ExtricateScene;
-use super::types::{ExtricateOptions, ExtricateSegment, ExtricateStatus, ExtricateSummary};
+use super::handles::{ExtricateScene, ExtricateSolver};
+use super::types::{ExtricateOptions, ExtricateSegment, ExtricateSignedDistance, ExtricateStatus, ExtricateSummary};
 use crate::options::{Wanted, threads as thread_count};
 use crate::raw::{self, OutValues};
 use crate::rows::{configs, configs_anywhere};
@@ -57,6 +57,68 @@ pub unsafe extern "C" fn extricate_query_batch(
             }
             ControlFlow::Continue(())
         });
+        Ok(())
+    })
+}
+
+/// Measures how far each of `count` configurations is from the boundary of the free ones, in the
+/// scene's metric. For one that collides it is minus the depth, else the distance to the nearest in
+/// contact. They follow one another in `q`, `nq` numbers each, and may be beyond the limits.
+/// `within` is a distance above 0 beyond which a free configuration is far enough; infinity for
+/// none. `threads` is 0 for one per core. Limits on checks and seconds, effort and locked joints
+/// are those of the options of the solver.
+///
+/// Writes `count` distances, witnesses of `nq` numbers and gradients of `nv` numbers, in tangent
+/// coordinates. The witness is the nearest free configuration, or the nearest in contact, which is
+/// free and just touches; nan if there is none. The gradient is that of the distance; it is 0
+/// without a witness, and nan if nothing free was found.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)]
+pub unsafe extern "C" fn extricate_signed_distances(
+    solver: *const ExtricateSolver,
+    q: *const f64,
+    count: usize,
+    nq: usize,
+    nv: usize,
+    within: f64,
+    threads: usize,
+    distances: *mut ExtricateSignedDistance,
+    witnesses: *mut f64,
+    gradients: *mut f64,
+) -> ExtricateStatus {
+    let all = count.saturating_mul(nq);
+    // SAFETY: the contract of this module.
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, all, "q")) };
+    // SAFETY: the same.
+    let (distances, witnesses) =
+        unsafe { (raw::places(distances, count, "distances"), raw::places(witnesses, all, "witnesses")) };
+    // SAFETY: the same.
+    let gradients = unsafe { raw::places(gradients, count.saturating_mul(nv), "gradients") };
+    guarded(|| {
+        let (solver, q) = (&solver?.solver, q?);
+        let (scene, own) = (solver.scene(), solver.scene().space().nv());
+        if nv != own {
+            return Err(Fault::argument(format!("nv: got {nv}, expected {own}")));
+        }
+        let configs = configs_anywhere(scene.space(), (q, count, nq))?;
+        let mut rows = distances?.parts(1).zip(witnesses?.parts(nq).zip(gradients?.parts(nv)));
+        let within = Some(within).filter(|within| *within != f64::INFINITY);
+        solver.signed_distances(configs, within, thread_count(threads)?, &mut |answered| {
+            let Some((mut distance, (mut witness, mut gradient))) = rows.next() else {
+                return ControlFlow::Break(());
+            };
+            let found = answered.answer.as_ref();
+            distance.fill([found.map_or(answer_to_c::NO_DISTANCE, |found| answer_to_c::signed_distance(scene, found))]);
+            match found.and_then(|found| found.witness.as_ref()) {
+                Some(at) => witness.fill(at.iter().copied()),
+                None => witness.fill(std::iter::repeat(f64::NAN)),
+            }
+            match found {
+                Some(found) => gradient.fill(found.gradient.iter().copied()),
+                None => gradient.fill(std::iter::repeat(f64::NAN)),
+            }
+            ControlFlow::Continue(())
+        })?;
         Ok(())
     })
 }

@@ -58,6 +58,27 @@ pub unsafe extern "C" fn extricate_distance(
     })
 }
 
+/// Computes the radius of a ball around a configuration, in the scene's metric, in which every
+/// configuration within the limits is proved free; 0 if the configuration is not free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_free_radius(
+    solver: *const ExtricateSolver,
+    q: *const f64,
+    nq: usize,
+    radius: *mut f64,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
+    // SAFETY: the same.
+    let radius = unsafe { raw::place(radius, "radius") };
+    guarded(|| {
+        let (solver, radius) = (&solver?.solver, radius?);
+        let q = solver.scene().space().config_anywhere(q?)?;
+        radius.put(solver.free_radius(&q));
+        Ok(())
+    })
+}
+
 /// Computes the signed distances of all checked pairs \[m\], in the order of
 /// extricate_scene_pair(). `pair_count` must be the number that extricate_scene_pair_count()
 /// returns.

@@ -241,6 +241,11 @@ pub struct ExtricateOptions {
     /// of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
     /// such objects. docs/how-to/constraints.md lists the keys.
     pub keep: *const c_char,
+    /// The names of bodies that have to touch at the witness, two for each pair; null by default,
+    /// for none. Their distance is then at most 0.5 mm beyond the clearance.
+    pub touch: *const *const c_char,
+    /// Number of names in `touch`, which is even.
+    pub touch_count: usize,
     /// Weights of joints, in place of those of the scene; null by default, for none. They prepare
     /// the scene anew, and a model is not used with them.
     pub weights: *const ExtricateWeight,
@@ -338,6 +343,26 @@ pub struct ExtricateKeptError {
     pub position: f64,
     /// Angle of the link, or of its kept axis, from its orientation \[rad\].
     pub rotation: f64,
+}
+
+/// How far a configuration is from the boundary of the free ones.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtricateSignedDistance {
+    /// Distance to the witness, in the scene's metric: negative if the configuration collides, else
+    /// 0 or more. Infinity if nothing in contact was found, or nothing near enough; nan if the
+    /// configuration collides and nothing free was found.
+    pub distance: f64,
+    /// Proved bound of the same sign: nothing nearer than this is on the other side; nan as
+    /// `distance`.
+    pub bound: f64,
+    /// A pair that collides, or for a free configuration the pair that touches at the witness.
+    /// Both indices are SIZE_MAX if there is none.
+    pub pair: ExtricatePair,
+    /// Configurations at which the exact checker evaluated anything.
+    pub checks: u64,
+    /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    pub cut_short: bool,
 }
 
 /// A contact of two bodies at a witness, in world coordinates.

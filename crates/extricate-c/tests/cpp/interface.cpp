@@ -343,6 +343,19 @@ static void geometry(const Scene& scene, const Rows& rows, const std::vector<Ans
     CHECK(!rows_near.empty() && rows_near.size() <= near.size());
     for (const extricate::DistanceRow& row : rows_near) CHECK(row.gradient.size() == scene.nv() && row.contact.distance < 0.05);
     CHECK(scene.always_colliding().empty());
+    const std::vector<extricate::SignedDistance> signed_distances = solver.signed_distances(rows[0]);
+    CHECK(signed_distances.size() == 1 && signed_distances[0].numbers.distance == -answers[0].depth());
+    CHECK(signed_distances[0].witness == answers[0].witness() && signed_distances[0].gradient.size() == scene.nv());
+    CHECK(solver.free_radius(rows[0]) == 0);
+    const std::vector<double> apart = scene.sample(2, extricate::Sample::free, 7);
+    for (const extricate::SignedDistance& found : solver.signed_distances(apart)) {
+        CHECK(found.numbers.distance > 0 && found.numbers.bound > 0 && found.numbers.bound <= found.numbers.distance);
+        CHECK(solver.check(found.witness) && found.numbers.pair.first < found.numbers.pair.second);
+    }
+    const extricate::Config first(apart.data(), scene.nq());
+    const double radius = solver.free_radius(first);
+    CHECK(radius > 0 && std::isinf(solver.signed_distances(first, 0.5 * radius)[0].numbers.distance));
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { return solver.signed_distances(first, -1); }), "within"));
     const std::vector<double> any = scene.sample(3, extricate::Sample::any, 7);
     const std::vector<double> hits = scene.sample(5, extricate::Sample::colliding, 7);
     CHECK(any.size() == 3 * scene.nq() && any == scene.sample(3, extricate::Sample::any, 7));

@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod demo;
+pub mod distance;
 mod file_kind;
 pub mod grasp;
 pub mod import;
@@ -37,6 +38,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Sample(args) => sample::run(&args),
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::Distance(args) => distance::run(&args, cli.json),
         Command::Grasp(args) => grasp::run(&args, cli.json),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod demo;
+mod distances;
 mod faults;
 mod friendly;
 mod grasps;

@@ -17,7 +17,7 @@ from ._parts import Obstacle, Pose, Robot
 _Path = Union[str, PathLike[str]]
 _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
-_Keep = Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]
+_Keep = Union[str, Mapping[str, Any], Sequence[Union[str, Mapping[str, Any]]]]
 _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Metric = Literal["joint", "object-norm", "max-displacement"]
@@ -103,6 +103,7 @@ class _QueryKeywords(TypedDict, total=False):
     locked: Optional[Sequence[str]]
     free: Optional[Sequence[str]]
     keep: Optional[_Keep]
+    touch: Optional[Sequence[Tuple[str, str]]]
     weights: Optional[_Weights]
     toward: Optional[npt.ArrayLike]
     toward_share: float
@@ -129,12 +130,23 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
         free_radius: bool = False,
         limits: LimitRule = "forgive",
     ) -> Optional[Answer]: ...
+    def signed_distance(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        within: Optional[float] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> Any: ...
+    def free_radius(self, Q: npt.ArrayLike, *, threads: int = 0) -> Any: ...
     def show(
         self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
         live: bool = False, **options: Unpack[_QueryKeywords],
@@ -157,6 +169,7 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         free_radius: bool = False,
         limits: LimitRule = "forgive",
@@ -313,6 +326,7 @@ class Scene(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -393,6 +407,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -416,6 +431,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -448,6 +464,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -478,6 +495,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
+        touch: Optional[Sequence[Tuple[str, str]]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,

@@ -30,7 +30,7 @@ def _plain(value: Any) -> Any:
 @contextlib.contextmanager
 def whole(path: pathlib.Path) -> Iterator[IO[bytes]]:
     """Opens a file that takes the place of `path` once all is written; an error leaves `path` as it is."""
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")  # `_clear` knows the form.
     try:
         with open(temporary, "xb") as file:
             yield file
@@ -44,7 +44,8 @@ def whole(path: pathlib.Path) -> Iterator[IO[bytes]]:
 
 @contextlib.contextmanager
 def held(folder: pathlib.Path, call: str) -> Iterator[None]:
-    """Locks a folder for one run of `call`. The system unlocks it when the program ends, even by a crash.
+    """Locks a folder for one run of `call`. The system unlocks it when the program ends, even by a crash. What writers that were
+    killed left unfinished is removed, of this run and of those before.
 
     Raises BlockingIOError if another run holds it, OSError if it cannot be locked.
     """
@@ -53,9 +54,17 @@ def held(folder: pathlib.Path, call: str) -> Iterator[None]:
         # SQLite has a lock for every system. The database stays empty.
         with contextlib.closing(sqlite3.connect(file, timeout=0, isolation_level=None, check_same_thread=False)) as lock:
             lock.execute("BEGIN EXCLUSIVE")
+            _clear(folder)
             yield
+            _clear(folder)
     except sqlite3.OperationalError as error:
         if "locked" in str(error):
             problem = f"another run of {call} writes to this folder, expected one at a time"
             raise BlockingIOError(f"{folder}: {problem}") from None
         raise OSError(f"{file}: cannot be locked: {error}") from None
+
+
+def _clear(folder: pathlib.Path) -> None:
+    """Removes files that `whole` was writing when its process was killed."""
+    for left in folder.glob(".*." + 32 * "[0-9a-f]"):
+        left.unlink(missing_ok=True)

@@ -28,6 +28,7 @@ class QueryOptions:
     locked: joints that stay where the query has them.
     free: the joints that may move, in place of `locked`.
     keep: links that stay where they are, or that are brought to a pose, as in `Scene.query`.
+    touch: pairs of bodies that just touch at the witness, as in `Scene.query`.
     weights: weights of the joint metric, by joint.
     toward: a configuration: among exits about as near as the nearest, the witness is the one nearest to it.
     toward_share: how much farther than the nearest these exits may be, as a share of its depth.
@@ -46,7 +47,8 @@ class QueryOptions:
     clearance: Optional[float] = None
     locked: Optional[Sequence[str]] = None
     free: Optional[Sequence[str]] = None
-    keep: Optional[Union[str, Mapping[str, Any], Sequence[Mapping[str, Any]]]] = None
+    keep: Optional[Union[str, Mapping[str, Any], Sequence[Union[str, Mapping[str, Any]]]]] = None
+    touch: Optional[Sequence[Tuple[str, str]]] = None
     weights: Optional[Mapping[str, Union[float, Tuple[float, float]]]] = None
     toward: Optional[npt.ArrayLike] = None
     toward_share: float = 0.25

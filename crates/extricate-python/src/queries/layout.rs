@@ -13,6 +13,8 @@ pub struct Layout {
     nv: usize,
     segment: bool,
     free_radius: bool,
+    /// Number of kept links.
+    kept: usize,
     /// Places for exits; 0 if only one was requested.
     exits: usize,
     /// Number of checked pairs of the scene; 0 if contacts were not requested.
@@ -30,6 +32,7 @@ impl Layout {
             nv: scene.space().nv(),
             segment: options.segment,
             free_radius: options.free_radius,
+            kept: options.keep.len(),
             exits: if options.exits > 1 { options.exits } else { 0 },
             pairs: if options.contacts { scene.pairs().len() } else { 0 },
         }
@@ -47,6 +50,9 @@ impl Layout {
         }
         if self.free_radius {
             fields.push(("free_radius", "f8", vec![]));
+        }
+        if self.kept > 0 {
+            fields.push(("kept", "f8", vec![self.kept, 2]));
         }
         if self.exits > 0 {
             fields.push(("exit_count", "i8", vec![]));
@@ -130,6 +136,8 @@ impl Layout {
         if self.free_radius {
             numbers(answer.and_then(|a| a.free_radius).as_slice(), 1);
         }
+        let kept: Vec<f64> = answer.iter().flat_map(|a| &a.kept).flat_map(|one| [one.position, one.rotation]).collect();
+        numbers(&kept, 2 * self.kept);
         let exits = answer.map_or(&[][..], |a| &a.exits[..a.exits.len().min(self.exits)]);
         if self.exits > 0 {
             put(&(exits.len() as i64).to_ne_bytes());

@@ -5,6 +5,7 @@ pub mod batch;
 pub mod layout;
 pub mod options;
 pub mod page;
+pub mod signed_distance;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;

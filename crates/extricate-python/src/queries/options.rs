@@ -2,12 +2,12 @@
 
 use extricate::entries::PoseEntry;
 use extricate::{
-    Config, Error, KeptLink, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward,
+    Config, Error, KeptLink, PairId, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyMapping, PyType};
+use pyo3::types::{PyDict, PyList, PyMapping, PyString, PyType};
 
 use crate::entries::lists::Names;
 use crate::entries::pose::pose;
@@ -90,6 +90,7 @@ impl CallOptions {
         options.clearance = given.get("clearance")?;
         options.locked = given.locked(scene)?;
         options.keep = given.keep(scene)?;
+        options.touch = given.touch(scene)?;
         options.toward = given.toward(scene)?;
         options.termination.max_checks = given.whole("max_checks")?;
         options.termination.max_seconds = given.get("max_seconds")?;
@@ -270,16 +271,19 @@ impl<'py> Given<'py> {
         Ok(Vec::new())
     }
 
-    /// Reads the kept links: a name, a mapping, or a sequence of mappings.
+    /// Reads the pairs of bodies that have to touch.
+    fn touch(&self, scene: &Scene) -> PyResult<Vec<PairId>> {
+        let Some(value) = self.value("touch")? else { return Ok(Vec::new()) };
+        let pairs: Vec<(String, String)> = extracted("touch", &value)?;
+        let named = |(a, b): &(String, String)| scene.pair_named("touch", [a, b]).map_err(exception);
+        pairs.iter().map(named).collect()
+    }
+
+    /// Reads the kept links: a name or a mapping, or a sequence of these.
     fn keep(&self, scene: &Scene) -> PyResult<Vec<KeptLink>> {
         let Some(value) = self.value("keep")? else { return Ok(Vec::new()) };
-        if let Ok(name) = value.extract::<String>() {
-            return KeptLink::from_text(scene, &serde_json::json!({ "link": name }).to_string()).map_err(exception);
-        }
-        let entries = match value.cast::<PyMapping>() {
-            Ok(one) => vec![one.clone()],
-            Err(_) => extracted("keep", &value)?,
-        };
+        let is_one = value.is_instance_of::<PyString>() || value.cast::<PyMapping>().is_ok();
+        let entries: Vec<Bound<'_, PyAny>> = if is_one { vec![value] } else { extracted("keep", &value)? };
         entries.iter().map(|entry| kept_link(entry, scene)).collect()
     }
 
@@ -347,10 +351,17 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
     weights.items()?.iter().map(read).collect()
 }
 
-/// Reads a kept link. Its pose may have any form that `Box` takes.
-fn kept_link(entry: &Bound<'_, PyMapping>, scene: &Scene) -> PyResult<KeptLink> {
+/// Reads a kept link: its name or a mapping, whose pose may have any form that `Box` takes.
+fn kept_link(entry: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<KeptLink> {
     let copy = PyDict::new(entry.py());
-    for item in entry.items()? {
+    let items = match entry.cast::<PyMapping>() {
+        Ok(mapping) => mapping.items()?,
+        Err(_) => {
+            copy.set_item("link", extracted::<String>("keep", entry)?)?;
+            PyList::empty(entry.py())
+        }
+    };
+    for item in items {
         let (key, value): (String, Bound<'_, PyAny>) = extracted("keep", &item)?;
         if key == "pose" && !value.is_none() {
             let PoseEntry { xyz, rpy, quat_xyzw, quat_wxyz } = pose("keep[\"pose\"]", &value)?;

@@ -109,6 +109,6 @@ fn html(solver: &extricate::Solver, configs: &[Config], effort: Effort, live: Op
         |(q, (answer, seconds)): (&Config, (Option<Answer>, f64))| inspector.answer_data(q, answer, Some(seconds));
     let shown: Vec<_> = configs.iter().zip(answers).map(inspect).collect();
     let made = format!("extricate {}, from Python; effort {effort}", env!("CARGO_PKG_VERSION"));
-    let page = Page { title: "extricate", made: &made, answers: &shown, is_stream: false, live };
-    page.html(solver.scene()).map_err(|error| error.to_string())
+    let page = Page { title: "extricate", made: &made, answers: &shown, is_stream: false, visuals: &[], live };
+    page.html(solver).map_err(|error| error.to_string())
 }

@@ -16,6 +16,7 @@ use crate::motion::{escape, plan, release, repair};
 use crate::queries;
 use crate::queries::batch;
 use crate::queries::page::{self, Shown};
+use crate::queries::signed_distance;
 use crate::scene::Scene;
 
 /// Defines the shared calls for a class; `batch` is the name of its call for many queries.
@@ -54,12 +55,15 @@ macro_rules! calls {
             ///     the scene's clearance keeps less, see `Answer.clearance`.
             /// locked: names of joints that stay where q has them.
             /// free: in place of `locked`, the names of the joints that may move.
-            /// keep: links that stay where they are, a name or a mapping or a list of mappings:
+            /// keep: links that stay where they are, a name or a mapping, or a list of these:
             ///     {"link": "tool0", "position": 1e-4, "rotation": 1e-3} are the tolerances [m] and
             ///     [rad] that apply if none are given; None lets the link move or rotate freely.
             ///     "pose" is a pose to bring it to, as `Box` takes it; "relative_to" another link
             ///     in whose coordinates the pose is kept; with "axis" (3,), only this axis of the
             ///     link keeps its direction. See `Answer.kept`.
+            /// touch: pairs of names of bodies, as [("leg", "ground")], that have to touch at the
+            ///     witness: their distance is at most 0.5 mm beyond the clearance. None is found if
+            ///     they cannot.
             /// weights: by joint, weights of squared displacements in place of the scene's, in the
             ///     joint metric; the search then ignores what was learned.
             /// toward, toward_share: a configuration and a share. Among exits that are farther than
@@ -78,7 +82,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape, values that are not finite, options that make
             /// no sense.
-            #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+            #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
             fn query<'py>(
                 slf: &Bound<'py, Self>,
                 q: &Bound<'py, PyAny>,
@@ -97,8 +101,8 @@ macro_rules! calls {
             ///     many checks.
             /// contacts: whether to report the pairs that collide and that touch; with effort
             ///     "nearest" that takes longer than to find the witness.
-            /// clearance, locked, free, keep, weights, toward, toward_share, free_radius, limits:
-            ///     as in `query`, for each row.
+            /// clearance, locked, free, keep, touch, weights, toward, toward_share, free_radius,
+            ///     limits: as in `query`, for each row.
             /// errors: "raise", or "mask": a row that is no configuration gets a depth of nan, and
             ///     the others are answered as usual.
             /// threads: 0 for one per core.
@@ -113,6 +117,8 @@ macro_rules! calls {
             ///     others, nan from exit_count on;
             /// segment: segment (2,), nan if the query is free;
             /// free_radius: free_radius, nan if the query is free;
+            /// keep: kept (links, 2), how far each kept link is off at the witness [m, rad], nan if
+            ///     the query is free;
             /// contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with
             ///     several exits also exit_touching, (exits, pairs). `query` returns points and
             ///     normals of contacts.
@@ -123,7 +129,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape or values that are not finite, before it answers
             /// any row; the message names the row.
-            #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+            #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
             #[allow(non_snake_case)]
             fn $batch<'py>(
                 &self,
@@ -133,11 +139,64 @@ macro_rules! calls {
                 batch::answers(self.handle(), Q, options)
             }
 
+            /// Computes how far each of Q is from the boundary of the free configurations, in the
+            /// scene's metric: minus the depth for one that collides, else the distance to the
+            /// nearest one in contact. Limits of joints are no contacts.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one; beyond limits as in `query`.
+            /// within: a distance beyond which a free configuration is far enough: the search ends
+            ///     once nothing is proved to touch within it. None searches on.
+            /// max_checks, max_seconds: limits at which to stop early, for each row.
+            /// threads: 0 for one per core.
+            ///
+            /// Returns a structured array (n,), or a record for one, with the fields
+            /// distance (negative inside, inf if nothing in contact was found, or none within
+            /// `within`), bound (proved, of the same sign: nothing nearer is on the other side),
+            /// witness (nq,) (the nearest free configuration, or the nearest in contact, which is
+            /// free and just touches; nan if there is none), gradient (nv,) (of the distance; unit
+            /// in the metric), pair (index into `pairs`: one that collides, or that touches at the
+            /// witness; -1 if there is none), checks and cut_short. If a row collides and nothing
+            /// free was found, its numbers are nan, and the call warns as `query` does.
+            ///
+            /// The true distance of a free row lies between bound and distance.
+            ///
+            /// Raises ValueError for a wrong shape, values that are not finite, options that make
+            /// no sense.
+            #[pyo3(signature = (Q, *, within = None, max_checks = None, max_seconds = None, threads = 0))]
+            #[allow(non_snake_case)]
+            fn signed_distance<'py>(
+                &self,
+                Q: &Bound<'py, PyAny>,
+                within: Option<f64>,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+                threads: i64,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                signed_distance::signed_distance(self.handle(), Q, (within, max_checks, max_seconds, threads))
+            }
+
+            /// Proves how far around each of Q everything is free, in the scene's metric. It is
+            /// about the bound of `signed_distance`, without the search for a contact.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one.
+            /// threads: 0 for one per core.
+            ///
+            /// Returns float64 (n,), or a float for one: every configuration nearer than this that
+            /// is within the limits is free; 0 for one that is not free.
+            ///
+            /// Raises ValueError for a wrong shape and values that are not finite.
+            #[pyo3(signature = (Q, *, threads = 0))]
+            #[allow(non_snake_case)]
+            fn free_radius<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyAny>> {
+                signed_distance::free_radius(self.handle(), Q, threads)
+            }
+
             /// Makes a `Stream`, for queries that follow each other closely, as from a simulation:
             /// each is warm-started from the one before.
             ///
             /// options, effort, gap, starts, max_checks, max_seconds, segment, contacts, clearance,
-            ///     locked, free, keep, weights, free_radius, limits: as in `query`, for each frame.
+            ///     locked, free, keep, touch, weights, free_radius, limits: as in `query`, for each
+            ///     frame.
             /// hysteresis: keep the exit of the last frame until another one is nearer by more than
             ///     this share of its depth; 0 always takes the nearest.
             /// starts_per_frame: number of starts that each frame tries for a nearer exit, besides
@@ -147,7 +206,7 @@ macro_rules! calls {
             ///     while another exit is nearer (`Answer.nearest`), or while the query is free. It
             ///     aims at `clearance`, by default 0.5 mm more than the scene's; hysteresis has no
             ///     effect.
-            #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, free_radius=False, limits='forgive')")]
+            #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, free_radius=False, limits='forgive')")]
             fn stream(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
                 Stream::new(py, self.handle(), options)
             }

@@ -61,7 +61,7 @@ impl Solver {
 #[pymethods]
 impl Solver {
     #[new]
-    #[pyo3(signature = (scene, model = None, **options), text_signature = "(scene, model=None, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (scene, model = None, **options), text_signature = "(scene, model=None, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, keep=None, touch=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn python_new<'py>(
         py: Python<'py>,
         scene: &Scene,

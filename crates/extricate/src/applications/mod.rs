@@ -2,4 +2,5 @@
 
 pub mod grasp;
 pub mod motion;
+pub mod signed_distance;
 pub mod stream;

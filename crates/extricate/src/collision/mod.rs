@@ -20,8 +20,8 @@ mod segment;
 pub mod shapes;
 
 pub use answers::{
-    DistanceRow, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
-    signed_distances, signed_distances_of,
+    DistanceRow, StandIns, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
+    signed_distance_below, signed_distances, signed_distances_of,
 };
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};

@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::robot::packages::PackageSearch;
 use crate::robot::{LoadLimit, LoadLimits};
-use crate::scene::assemble::assemble_entries;
+use crate::scene::assemble::{Visual, assemble_entries, visuals};
 use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
 #[cfg(feature = "moveit")]
@@ -64,13 +64,28 @@ pub fn load_scene_within(path: impl AsRef<Path>, limits: &LoadLimits) -> Result<
 /// # Errors
 /// As [`load_scene`].
 pub fn load_scene_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene> {
-    let (path, limits) = (path.as_ref(), &options.limits);
-    let text = match scene_text(path, limits)? {
+    let path = path.as_ref();
+    assemble_entries(path, &entries_of(path, options)?, &mut reader(&options.limits))
+}
+
+/// Reads the shapes by which the links of a scene file or URDF are seen, for pictures of the scene
+/// that [`load_scene_with`] makes of it.
+///
+/// # Errors
+/// As [`load_scene`], for a mesh of a `<visual>` element too.
+pub fn load_visuals(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Vec<Visual>> {
+    let path = path.as_ref();
+    visuals(path, &entries_of(path, options)?, &mut reader(&options.limits))
+}
+
+/// The entries of a scene file; a URDF is a scene of that robot alone.
+fn entries_of(path: &Path, options: &LoadOptions) -> Result<SceneFile> {
+    let text = match scene_text(path, &options.limits)? {
         SceneText::Toml(text) => text,
         // Debug formatting quotes a string as TOML does.
         SceneText::Urdf => format!("[[robot]]\nurdf = {:?}\n", path.file_name().unwrap_or_default().to_string_lossy()),
     };
-    assemble_entries(path, &parsed(path, &text, options)?, &mut reader(limits))
+    parsed(path, &text, options)
 }
 
 fn parsed(path: &Path, text: &str, options: &LoadOptions) -> Result<SceneFile> {

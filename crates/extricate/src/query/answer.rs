@@ -39,9 +39,11 @@ pub struct Answer {
     /// is.
     pub outside: Vec<usize>,
     /// Kept links that are beyond their tolerances at the query, as indices into
-    /// [`super::QueryOptions::keep`]. The query then is not free, whether or not anything collides.
+    /// [`super::QueryOptions::keep`]. Pairs of [`super::QueryOptions::touch`] that do not touch
+    /// follow these. The query then is not free, whether or not anything collides.
     pub off: Vec<usize>,
-    /// How far each kept link is off at the witness; empty if the query is free.
+    /// How far each kept link is off at the witness; empty if the query is free. Pairs that have to
+    /// touch follow: how far beyond the clearance they are, as a position.
     pub kept: Vec<KeptError>,
     /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the witness;
     /// none with [`Effort::Nearest`], unless contacts were requested.
@@ -100,6 +102,11 @@ impl Answer {
         self.cut_short && self.gap > 0.5
     }
 
+    /// Adds how far \[m\] beyond the clearance a pair is that has to touch.
+    pub(crate) fn push_gap(&mut self, position: f64) {
+        self.kept.push(KeptError { position, rotation: 0.0 });
+    }
+
     /// Returns whether the query itself is free.
     pub fn is_free(&self) -> bool {
         self.colliding.is_empty() && self.outside.is_empty() && self.off.is_empty()
@@ -116,7 +123,7 @@ pub enum Unproved {
     /// The bodies overlap by less than the rounding, or by less than the convex sets inside them
     /// show.
     Shallow,
-    /// Nothing collides: only a kept link is off.
+    /// Nothing collides: only a kept link is off, or a pair that has to touch is apart.
     Off,
 }
 

@@ -25,7 +25,7 @@ pub fn pairs_at_rest(context: &Context, answer: &Answer, scratch: &mut QueryScra
 /// Under the metric of the joints no configuration within the limits is nearer than that one: each
 /// coordinate is as near as it can be. If that one is free, it is the nearest free one.
 pub fn is_rest_nearest(context: &Context, pairs: &[PairId]) -> bool {
-    pairs.is_empty() && context.kept.is_empty() && context.metric.kind() == MetricKind::Joint
+    pairs.is_empty() && !context.is_held() && context.metric.kind() == MetricKind::Joint
 }
 
 /// Returns a proved bound \[metric units\]: no configuration within the limits is nearer to the

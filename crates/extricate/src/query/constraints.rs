@@ -1,4 +1,5 @@
-//! Queries with constraints of their own: a clearance, or joints and links that stay.
+//! Queries with constraints of their own: a clearance, joints and links that stay, or pairs that
+//! touch.
 
 use std::time::Instant;
 
@@ -6,16 +7,16 @@ use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::metric::Anchor;
 use crate::query::answer::Answer;
-use crate::query::context::Context;
+use crate::query::context::{Context, TouchingPairs};
 use crate::query::descent::prune::Pruning;
 use crate::query::descent::{Start, descend};
 use crate::query::keep::LinkConstraint;
-use crate::query::options::QueryOptions;
+use crate::query::options::{QueryOptions, TOUCH_M};
 use crate::query::plan::Plan;
 use crate::query::search::Hint;
 use crate::query::search::scratch::QueryScratch;
 use crate::query::termination::{Deadline, Termination};
-use crate::scene::Scene;
+use crate::scene::{PairId, Scene};
 
 /// An exit at the wanted clearance is too far beyond this multiple of the sum of two distances: the
 /// depth at the scene's clearance and the least motion for the difference. It then leaves a narrow
@@ -56,6 +57,7 @@ pub(crate) fn under<T: SearchResult>(
 ) -> Option<T> {
     let plain = Constraints {
         kept: LinkConstraint::all(context.checker.scene(), &options.keep, q),
+        touching: options.touch.clone(),
         ..Constraints::new(context, None, &options.locked)
     };
     let plain = plain.apply(context);
@@ -194,6 +196,7 @@ struct Constraints {
     checker: Option<Checker>,
     locked: Vec<bool>,
     kept: Vec<LinkConstraint>,
+    touching: Vec<PairId>,
 }
 
 impl Constraints {
@@ -201,14 +204,24 @@ impl Constraints {
     fn new(context: &Context, aim: Option<f64>, joints: &[usize]) -> Self {
         let checker = aim.map(|aim| context.checker.with_clearance(aim));
         let locked = if joints.is_empty() { Vec::new() } else { locked(context.checker.scene(), joints) };
-        Self { checker, locked, kept: Vec::new() }
+        Self { checker, locked, kept: Vec::new(), touching: Vec::new() }
     }
 
     fn apply<'a>(&'a self, context: &Context<'a>) -> Context<'a> {
         let checker = self.checker.as_ref().unwrap_or(context.checker);
         let locked = if self.locked.is_empty() { context.locked } else { &self.locked };
         let kept = if self.kept.is_empty() { context.kept } else { &self.kept };
-        let own = Context { checker, clearance: checker.base_clearance(), locked, kept, ..*context };
+        let clearance = checker.base_clearance();
+        let touching = if self.touching.is_empty() {
+            let TouchingPairs { most, aim, are_required, .. } = context.touching;
+            let more = if are_required { clearance - context.clearance } else { 0.0 };
+            TouchingPairs { most: most + more, aim: aim + more, ..context.touching }
+        } else {
+            // Descents end a little off what they aim at.
+            let (most, aim) = (clearance + TOUCH_M, clearance + 0.5 * TOUCH_M);
+            TouchingPairs { pairs: &self.touching, most, aim, are_required: true }
+        };
+        let own = Context { checker, clearance, locked, kept, touching, ..*context };
         // Stored samples were free at the scene's clearance, with all joints and links anywhere;
         // otherwise their contact planes do not hold.
         if self.checker.is_some() || own.is_constrained() { own.elsewhere() } else { own }

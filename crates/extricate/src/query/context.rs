@@ -37,6 +37,10 @@ pub struct TouchingPairs<'a> {
     pub pairs: &'a [PairId],
     /// Largest distance of their nearest contact \[m\]; it exceeds the clearance.
     pub most: f64,
+    /// Distance \[m\] that descents aim at, at most the largest.
+    pub aim: f64,
+    /// Whether a configuration in which one of them is farther apart is not free.
+    pub are_required: bool,
 }
 
 /// Stored boundary samples, from some of which descents start.
@@ -70,9 +74,14 @@ impl<'a> Context<'a> {
         Self { stored, ..self }
     }
 
-    /// Whether some joints or links keep their places of the query.
+    /// Whether some joints or links keep their places of the query, or pairs have to touch.
     pub fn is_constrained(&self) -> bool {
-        !self.locked.is_empty() || !self.kept.is_empty()
+        !self.locked.is_empty() || self.is_held()
+    }
+
+    /// Whether links have to keep their places, or pairs to touch.
+    pub fn is_held(&self) -> bool {
+        !self.kept.is_empty() || self.touching.are_required
     }
 
     /// Whether a tangent coordinate keeps its value of the query.

@@ -96,7 +96,7 @@ impl Evaluator {
 
     /// Labels a configuration by an exact check, and counts it unless the last check that found a
     /// free configuration was of the same. A configuration beyond its limits, or at which a kept
-    /// link is off, is not free.
+    /// link is off or a pair that has to touch is apart, is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // The steps of a descent along meshes are checked, so its end is often known.
         if !self.free_at.is_empty() && self.free_keeps >= context.clearance && self.free_at == q {
@@ -112,6 +112,9 @@ impl Evaluator {
             return Label::Colliding;
         }
         let label = context.checker.label(q, &mut self.check);
+        if label == Label::Free && context.touching.are_required && self.largest_gap(context, q) > 0.0 {
+            return Label::Colliding;
+        }
         if label == Label::Free {
             self.free_at.clear();
             self.free_at.extend_from_slice(q);
@@ -139,6 +142,18 @@ impl Evaluator {
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         let missed = context.clearance - least;
         context.touching.pairs.iter().fold(missed, |missed, pair| missed.max(self.too_far(context, q, *pair)))
+    }
+
+    /// Returns by how much \[m\] pairs that have to touch are too far apart; negative if all touch.
+    pub fn largest_gap(&mut self, context: &Context, q: &[f64]) -> f64 {
+        context.touching.pairs.iter().fold(f64::NEG_INFINITY, |most, pair| most.max(self.gap(context, q, *pair)))
+    }
+
+    /// Returns by how much \[m\] a pair that has to touch is too far apart; negative if it touches.
+    pub fn gap(&mut self, context: &Context, q: &[f64], pair: PairId) -> f64 {
+        self.contacts.clear();
+        self.exact_at.clear();
+        self.too_far(context, q, pair)
     }
 
     /// Returns by how much \[m\] a pair that has to stay in touch is too far apart. Adds its

@@ -29,7 +29,7 @@ pub(crate) mod exits;
 mod groups;
 pub mod inner_balls;
 pub mod keep;
-mod local_metric;
+pub(crate) mod local_metric;
 pub(crate) mod nearest_exit;
 pub mod options;
 pub(crate) mod plan;

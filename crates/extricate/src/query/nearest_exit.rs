@@ -86,6 +86,10 @@ pub(crate) fn find(
     answer.outside.extend(scene.space.outside(q));
     let poses = evaluator.check.poses();
     answer.off.extend((0..context.kept.len()).filter(|at| context.kept[*at].excess(poses) > 1.0));
+    if context.touching.are_required {
+        let apart = (0..).zip(context.touching.pairs).filter(|(_, pair)| evaluator.gap(context, q, **pair) > 0.0);
+        answer.off.extend(apart.map(|(at, _)| context.kept.len() + at));
+    }
     if answer.is_free() {
         return Some(answer);
     }

@@ -7,6 +7,7 @@ use super::termination::Termination;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
 use crate::interface::{setters, words};
+use crate::scene::PairId;
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -57,6 +58,9 @@ pub const MAX_STARTS: usize = 100_000;
 /// Number of exits to search for if the one nearest to a goal is chosen.
 const EXITS_TO_CHOOSE: usize = 8;
 
+/// Pairs that have to touch are at most this much beyond the clearance apart \[m\].
+pub const TOUCH_M: f64 = 5e-4;
+
 /// Options of a query. The default is one refined answer without limits.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -92,6 +96,9 @@ pub struct QueryOptions {
     /// Links that keep their places in the query. There is no answer if nothing free is found that
     /// keeps them.
     pub keep: Vec<KeptLink>,
+    /// Pairs of bodies that have to touch at the witness: their distance is at most [`TOUCH_M`]
+    /// beyond the clearance. There is no answer if nothing free is found in which all do.
+    pub touch: Vec<PairId>,
     /// A goal: the witness is the exit nearest to it, among exits about as near as the nearest one.
     pub toward: Option<Toward>,
     /// When the query stops early.
@@ -117,6 +124,7 @@ setters! {
         clearance: f64 = Some,
         locked: Vec<usize>,
         keep: Vec<KeptLink>,
+        touch: Vec<PairId>,
         toward: Toward = Some,
         termination: Termination,
         free_radius: bool,
@@ -136,6 +144,7 @@ impl Default for QueryOptions {
             clearance: None,
             locked: Vec::new(),
             keep: Vec::new(),
+            touch: Vec::new(),
             toward: None,
             termination: Termination::default(),
             free_radius: false,
@@ -267,6 +276,7 @@ pub const QUERY_OPTIONS: &[OptionEntry] = &[
     entry("clearance", "None", "0 to 1e9 [m]"),
     entry("locked", "None", "names of joints"),
     entry("keep", "None", "links that keep their places"),
+    entry("touch", "None", "pairs of names of bodies"),
     entry("toward", "None", "a configuration"),
     entry("toward_share", "0.25", "0 to 1e9"),
     entry("max_checks", "None", "0 or more"),

@@ -49,6 +49,8 @@ pub struct LinkGeometry {
     pub pose_link_geometry: Pose,
     /// The shape in its own frame.
     pub geometry: Geometry,
+    /// Red, green, blue and opacity, each from 0 to 1, of the material of a `<visual>` element.
+    pub rgba: Option<[f64; 4]>,
 }
 
 /// The motion that a joint allows its child link.

@@ -278,6 +278,20 @@ impl Scene {
         [&self.bodies[first].name, &self.bodies[second].name]
     }
 
+    /// Returns the checked pair of two bodies with these names, in either order.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no such checked pair; the message calls the names `what`.
+    pub fn pair_named(&self, what: &str, [a, b]: [&str; 2]) -> Result<PairId> {
+        let is_meant = |pair: &PairId| [[a, b], [b, a]].contains(&self.pair_names(*pair));
+        (0..self.pairs.len()).map(PairId::new).find(is_meant).ok_or_else(|| {
+            let unknown = [a, b].into_iter().find(|name| self.bodies.iter().all(|body| body.name != **name));
+            let bodies: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
+            let unchecked = || format!("got `{a}` and `{b}`, expected two bodies of a checked pair");
+            Error::input("query", what, unknown.map_or_else(unchecked, |name| names::unknown(name, &bodies)))
+        })
+    }
+
     /// Yields frame and shapes of every body that moves; metrics measure displacements of these.
     pub fn moving_bodies(&self) -> impl Iterator<Item = (usize, &[Part])> {
         self.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &*body.parts))

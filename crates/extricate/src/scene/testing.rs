@@ -28,7 +28,8 @@ pub fn following(joint: Joint, leader: usize, multiplier: f64, offset: f64) -> J
 
 /// Creates a robot `arm` with links `l0` (the root), `l1` and so on, each a ball of radius 0.1 m.
 pub fn robot(joints: Vec<Joint>) -> Robot {
-    let ball = LinkGeometry { pose_link_geometry: Pose::identity(), geometry: Geometry::Sphere { radius: 0.1 } };
+    let ball =
+        LinkGeometry { pose_link_geometry: Pose::identity(), geometry: Geometry::Sphere { radius: 0.1 }, rgba: None };
     let link = |k| Link { name: format!("l{k}"), collision: vec![ball.clone()] };
     Robot { name: "arm".into(), links: (0..=joints.len()).map(link).collect(), joints, root: 0 }
 }

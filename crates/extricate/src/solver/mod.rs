@@ -22,7 +22,7 @@ use crate::query::prepared::Prepared;
 use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, nearest_exit_under, query};
 use crate::scene::Scene;
 pub use batch::Answered;
-use batch::in_blocks;
+pub(crate) use batch::in_blocks;
 pub(crate) use memory::Memory;
 pub use sampling::Sampler;
 use shared::{Learned, Shared};
@@ -141,6 +141,14 @@ impl Solver {
             return Err(Error::Option { name: "locked", value: bad.to_string(), expected });
         }
         options.keep.iter().try_for_each(|keep| keep.check_links(scene))?;
+        if let Some(bad) = options.touch.iter().find(|pair| pair.index() >= scene.pairs.len()) {
+            let expected = format!("indices below the {} checked pairs", scene.pairs.len());
+            return Err(Error::Option { name: "touch", value: bad.index().to_string(), expected });
+        }
+        if !options.touch.is_empty() && scene.pairs != self.scene().pairs {
+            let (value, expected) = ("those of other bodies".into(), "checked pairs of the scene".into());
+            return Err(Error::Option { name: "touch", value, expected });
+        }
         let names = |scene: &Scene| scene.links.iter().map(|link| link.name.clone()).collect::<Vec<_>>();
         if !options.keep.is_empty() && names(scene) != names(self.scene()) {
             let (value, expected) = ("those of other links".into(), "links of the scene".into());

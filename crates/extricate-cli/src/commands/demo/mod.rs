@@ -129,7 +129,7 @@ fn write_page(solver: &Solver, (name, queries): (&str, &[Config]), shown: usize,
     });
     let live = Live::built_in().map(|program| Live::new(program, &solver));
     let command = format!("extricate query --effort exhaustive --exits {PAGE_EXITS} --json");
-    let about = About { title: name, source: &command, is_stream: false, live: live.as_ref() };
+    let about = About { title: name, source: &command, is_stream: false, visuals: Ok(Vec::new()), live: live.as_ref() };
     let html = pages::html(&solver, answered.collect(), &about)?;
     Ok(files::write_atomically(page, html.as_bytes())?)
 }

@@ -29,6 +29,11 @@ pub struct ConstraintArgs {
     /// pose is in the coordinates of another link
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
+    /// Names of two bodies that have to touch at the witness: a leg and the ground, for
+    /// example. Their distance is then at most 0.5 mm beyond the clearance. May be given several
+    /// times
+    #[arg(long, value_name = "BODY,BODY", value_parser = two_names)]
+    touch: Vec<[String; 2]>,
     /// Weights of squared joint displacements in the metric, instead of the scene's; a model is
     /// then not used
     #[arg(long, value_name = "JOINT=W", value_delimiter = ',', value_parser = weight)]
@@ -63,6 +68,8 @@ impl ConstraintArgs {
         if let Some(keep) = &self.keep {
             options.keep = KeptLink::from_text(scene, keep)?;
         }
+        let named = |[a, b]: &[String; 2]| scene.pair_named("--touch", [a, b]);
+        options.touch = self.touch.iter().map(named).collect::<extricate::Result<_>>()?;
         if let (Some(words), Some(toward)) = (&self.toward, &mut options.toward) {
             let goal = Configs::of_words(std::slice::from_ref(words)).next(scene)?;
             let goal = goal.and_then(Result::ok).map(|(_, goal)| goal);
@@ -85,4 +92,13 @@ impl ConstraintArgs {
 fn weight(text: &str) -> Result<(String, f64), String> {
     let parts = text.rsplit_once('=').and_then(|(name, weight)| Some((name.to_string(), weight.parse().ok()?)));
     parts.ok_or_else(|| "expected JOINT=W, such as elbow=4".into())
+}
+
+/// Reads the names of two bodies.
+fn two_names(text: &str) -> Result<[String; 2], String> {
+    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+    match names[..] {
+        [a, b] if !a.is_empty() && !b.is_empty() => Ok([a.into(), b.into()]),
+        _ => Err("expected the names of two bodies, with a comma between".into()),
+    }
 }

@@ -28,8 +28,9 @@ use summary::Summary;
 const KEYS: &str = "With --json, each line is one object, in the order of the input: depth and lower_bound (in the scene's \
 metric), gap (share of the depth that is not proved), unproved (the reason if nothing is proved, \"surfaces\", \"shallow\" \
 or \"off\"; else null), witness, checks, max_displacement [m], colliding and touching (lists of [name, name]), outside (joints of the \
-query beyond their limits), off (with --keep, at the query: numbers of links that are beyond their tolerances), kept (with \
---keep, at the witness: position [m] and rotation [rad] by which each link is off), clearance (least distance that the witness keeps [m], for pairs without a clearance of their \
+query beyond their limits), off (with --keep, at the query: numbers of links that are beyond their tolerances; those of --touch follow), kept (with \
+--keep, at the witness: position [m] and rotation [rad] by which each link is off; with --touch, how far [m] each pair is beyond the \
+clearance), clearance (least distance that the witness keeps [m], for pairs without a clearance of their \
 own), verified, effort, contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
 depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
 --segment: colliding_until and free_from, fractions of the straight segment), free_radius (with --free-radius: in the \

@@ -6,7 +6,7 @@
 
 Each scene is learned in a process of this machine, with `on="ray"` on the cluster that Ray is connected to, or on an executor. What a
 folder holds is not learned again. A scene that fails is reported, and the others go on. Many rows of one scene are for `rows`. Read in
-this order: `learn`, `query`, `release` and `open` here, then `_manifest` (what a folder holds).
+this order: `learn`, `query`, `distance`, `release` and `open` here, then `_manifest` (what a folder holds).
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from .._extricate import Model, Scene
 from .._extricate import learn as _learn
 from .._folder import digest
 from .._pool import Job, On, Progress, Tell
-from ..rows import Query, Release
+from ..rows import Distance, Query, Release
 from ._manifest import Manifest
 
-__all__ = ["Answered", "Fleet", "Learned", "Progress", "learn", "open", "query", "release"]
+__all__ = ["Answered", "Fleet", "Learned", "Progress", "distance", "learn", "open", "query", "release"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Scene = Union[Scene, _Path, Callable[[], Scene]]
@@ -64,7 +64,7 @@ class Answered:
     """What became of the rows of one scene.
 
     key: as in the call.
-    answers: results by name, an array each, as `rows.Query` and `rows.Release` give them; its `error` says which rows are spoiled.
+    answers: results by name, an array each, as `rows.Query`, `rows.Distance` and `rows.Release` give them; its `error` says which rows are spoiled.
         None where there are none.
     error: why there are none; None where there are.
     seconds: what they took on their worker.
@@ -224,6 +224,28 @@ def query(
     return _answered(Query, "queries", scenes, queries, (on, workers, threads), progress, options)
 
 
+def distance(
+    scenes: Union[_Path, Mapping[str, _Scene]],
+    configurations: Mapping[str, npt.ArrayLike],
+    *,
+    on: On = None,
+    workers: int = 0,
+    threads: int = 1,
+    progress: Optional[Tell] = None,
+    **options: Any,
+) -> Iterator[Answered]:
+    """Measures signed distances in many scenes; yields those of each as they are there.
+
+    scenes: as in `query`.
+    configurations: by key: float64 (n, nq), as `rows.Distance` takes them.
+    on, workers, threads, progress: as in `learn`. Distances do not depend on them.
+    options: as `Solver.signed_distance` takes them.
+
+    Errors are those of `query`.
+    """
+    return _answered(Distance, "configurations", scenes, configurations, (on, workers, threads), progress, options)
+
+
 def release(
     scenes: Union[_Path, Mapping[str, _Scene]],
     hands: Mapping[str, npt.ArrayLike],
@@ -247,7 +269,7 @@ def release(
 
 
 def _answered(
-    kind: Type[Union[Query, Release]],
+    kind: Type[Union[Query, Distance, Release]],
     name: str,
     scenes: Union[_Path, Mapping[str, _Scene]],
     given: Mapping[str, npt.ArrayLike],
@@ -277,7 +299,7 @@ def _answered(
         yield Answered(key, answers, error, seconds)
 
 
-def _rows(mapper: Union[Query, Release], rows: npt.NDArray[Any]) -> Tuple[Dict[str, npt.NDArray[Any]], float]:
+def _rows(mapper: Union[Query, Distance, Release], rows: npt.NDArray[Any]) -> Tuple[Dict[str, npt.NDArray[Any]], float]:
     """Maps the rows of a key on a worker; returns the results and the seconds."""
     started = time.perf_counter()
     found = mapper({"q": rows})

@@ -20,6 +20,8 @@ from ._columns import Array, objects
 Path = Union[str, "os.PathLike[str]"]
 Columns = Dict[str, Array]
 
+# What a folder of a run was made from. Names that begin so are no data for pyarrow, Ray and Spark.
+RECORD = "_run.json"
 INPUTS = (".parquet", ".npy", ".npz", ".jsonl")
 OUTPUTS = (".parquet", ".npz", ".jsonl")
 
@@ -37,11 +39,14 @@ class Block:
 def files(given: Union[Path, Sequence[Path]]) -> List[pathlib.Path]:
     """Returns the files of a path, of a folder, or of several of them, those of a folder by name.
 
-    Raises ValueError if there is none, or one of another format; FileNotFoundError if one is missing.
+    Raises ValueError if there is none, or one of another format, and for the output of a run that is not done; FileNotFoundError if
+    one is missing.
     """
     paths = [given] if isinstance(given, (str, os.PathLike)) else list(given)
     found: List[pathlib.Path] = []
     for path in map(pathlib.Path, paths):
+        if (path / RECORD).exists():
+            _check_done(path)
         inside = sorted(path.iterdir()) if path.is_dir() else [path]
         kept = [file for file in inside if not path.is_dir() or (file.suffix in INPUTS and file.name[0] not in "._")]
         if not kept:
@@ -53,6 +58,17 @@ def files(given: Union[Path, Sequence[Path]]) -> List[pathlib.Path]:
         if not file.is_file():
             raise FileNotFoundError(f"{file}: no such file")
     return [file.absolute() for file in found]
+
+
+def _check_done(folder: pathlib.Path) -> None:
+    """Raises ValueError if the run that writes to a folder is not done."""
+    try:
+        parts = int(json.loads((folder / RECORD).read_text(encoding="utf-8"))["parts"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{folder / RECORD}: {error!r}, expected what rows.run wrote") from None
+    there = len(list(folder.glob("part-*")))
+    if there < parts:
+        raise ValueError(f"{folder}: got {there} of {parts} blocks, expected the output of a run that is done; its files can be given one by one")
 
 
 def blocks(path: pathlib.Path, rows: int) -> List[Block]:

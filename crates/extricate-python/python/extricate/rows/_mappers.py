@@ -183,6 +183,35 @@ class Check(Mapper):
         return {"free": free, "clearance": clearance}
 
 
+class Distance(Mapper):
+    """Measures signed distances. Results: the fields of `Solver.signed_distance`, such as distance, bound and witness (n, nq).
+
+    options: as `Solver.signed_distance` takes them.
+    """
+
+    def _check(self, solver: Solver) -> None:
+        solver.signed_distance(np.zeros((0, solver.scene.nq)), **self._options)
+
+    def _results(
+        self, solver: Solver, Q: Array, batch: Mapping[str, Any], places: Array, reasons: Reasons
+    ) -> Results:
+        def call(at: Array) -> Array:
+            found: Array = solver.signed_distance(Q[at], threads=self.threads, **self._options)
+            return found
+
+        measured = call(np.arange(0))
+        distances = np.zeros(len(Q), dtype=measured.dtype)
+        for name in ("distance", "bound", "witness", "gradient"):
+            distances[name] = np.nan
+        good, wrong = sifted(call, np.arange(len(Q)))
+        for at, found in good:
+            distances[at] = found
+            for row in at[np.isnan(found["distance"])]:
+                reasons[int(places[row])] = "nothing free was found"
+        reasons.update((int(places[at]), reason) for at, reason in wrong.items())
+        return {name: distances[name] for name in distances.dtype.names or ()}
+
+
 class Release(Mapper):
     """Releases hands from the objects that they penetrate. Results: config (n, nq), moved, verified, fingers and kept_fingers
     (fingers that touched, and of those that still do), kept_sides, depth_before [m], epsilon, force_closure and checks, as in `Grasp`.
@@ -209,8 +238,11 @@ class Release(Mapper):
         self._object, self._objects = object, None if objects is None else os.path.abspath(objects)
 
     def _settings(self) -> Any:
-        held = self._object
-        return [self._options, held if isinstance(held, (str, type(None))) else [type(held).__name__, vars(held)], bool(self._objects)]
+        held: Any = self._object
+        if not isinstance(held, (str, type(None))):
+            # The scene with the object in it holds all that is in the object's files.
+            held = digest(None, self._solver().scene.with_obstacles([held]).__reduce__()[1][0])
+        return [self._options, held, bool(self._objects)]
 
     def _check(self, solver: Solver) -> None:
         held: Union[str, List[Obstacle]] = self._object if isinstance(self._object, str) else []

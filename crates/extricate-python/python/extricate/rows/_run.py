@@ -17,10 +17,8 @@ from .._pool import Job, On, Progress, Tell
 from .._tensors import to_numpy
 from . import _files
 from ._columns import objects
-from ._files import OUTPUTS, Block, Columns, Path
+from ._files import OUTPUTS, RECORD, Block, Columns, Path
 
-# What a folder was made from. Names that begin so are no data for pyarrow, Ray and Spark.
-RECORD = "_run.json"
 VERSION = 1
 
 
@@ -81,7 +79,8 @@ def run(
         folder.mkdir(parents=True, exist_ok=True)
         with held(folder, "rows.run"), _pool.telling(progress) as tell:
             parts = [part for source in sources for part in _files.blocks(source, block)]
-            _keep_record(folder, {"version": VERSION, "mapper": _digest(mapper), "block": block, "input": [_state(s) for s in sources]})
+            made_from = {"mapper": _digest(mapper), "block": block, "input": [_state(source) for source in sources]}
+            _keep_record(folder, {"version": VERSION, **made_from, "parts": len(parts)})
             return _run(pool, pickle.dumps(mapper), parts, folder, tell)
     finally:
         pool.close()
@@ -166,7 +165,7 @@ def read(path: Union[Path, Sequence[Path]]) -> Columns:
 
     path: as the input of `run`, such as its output.
 
-    Raises ValueError for files that cannot be read, and for columns that some files lack.
+    Raises ValueError for files that cannot be read, for columns that some files lack, and for the output of a run that is not done.
     """
     found: List[Columns] = []
     for file in _files.files(path):

@@ -220,7 +220,11 @@ impl<'a> Release<'a> {
     fn slide(&mut self, from: &[f64], touching: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
         let most = self.context.clearance + HELD_GAP_SHARE * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));
-        let context = Context { touching: TouchingPairs { pairs: touching, most }, locked, ..*self.context };
+        let context = Context {
+            touching: TouchingPairs { pairs: touching, most, aim: most, are_required: false },
+            locked,
+            ..*self.context
+        };
         let pruning = Pruning { factor: self.plan.prune_factor, ..Pruning::alone(f64::INFINITY) };
         let QueryScratch { descent, evaluator, .. } = &mut *self.scratch;
         let go = |from: &[f64], options, descent: &mut DescentScratch, evaluator: &mut Evaluator| {

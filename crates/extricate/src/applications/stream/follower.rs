@@ -206,7 +206,8 @@ impl Follower {
                 aim
             } else {
                 detour.drop_path();
-                let touching = TouchingPairs { pairs: held, most: context.clearance + *touch };
+                let most = context.clearance + *touch;
+                let touching = TouchingPairs { pairs: held, most, aim: most, are_required: false };
                 proxy.follow(&Context { touching, ..*context }, aim, &known.anchor, evaluator)
             };
             if let Some(most) = *max_move {

@@ -9,12 +9,15 @@ mod never_free;
 mod pair_answers;
 pub mod recent_pairs;
 mod solids;
+mod stand_ins;
 
 pub use jacobian::DistanceRow;
 pub use never_free::{disable_list, misses_allowed};
 pub use pair_answers::{
-    always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of,
+    always_colliding, contacts_within, most_often_colliding, signed_distance_below, signed_distances,
+    signed_distances_of,
 };
+pub use stand_ins::StandIns;
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
@@ -340,6 +343,11 @@ impl Checker {
         each: &mut dyn FnMut(&ConvexPair),
     ) {
         overlap::inner_pairs(self, q, pairs, scratch, each);
+    }
+
+    /// Returns what stands for the shapes of a body in quick tests and proposals, to look at.
+    pub fn stand_ins(&self, body: usize) -> StandIns {
+        stand_ins::stand_ins(self, body)
     }
 
     /// Makes the convex pieces of every mesh that is part of a checked pair, on all threads of the

@@ -56,7 +56,7 @@ fn of_pair(
 }
 
 pub fn contacts_are_complete(checker: &Checker, search: ContactSearch) -> bool {
-    checker.bodies.all_convex || search == ContactSearch::Proposal
+    checker.bodies.all_convex || search != ContactSearch::Exact
 }
 
 pub fn exact_within(checker: &Checker, margin: f64) -> f64 {
@@ -82,6 +82,18 @@ pub fn signed_distances_of(checker: &Checker, q: &[f64], pairs: &[PairId], scrat
         best
     };
     pairs.iter().map(distance).collect()
+}
+
+/// Returns the signed distance \[m\] of a checked pair at the placed configuration, if it is below
+/// `most`.
+pub fn signed_distance_below(checker: &Checker, pair: PairId, most: f64, scratch: &mut CheckScratch) -> Option<f64> {
+    let mut best = None;
+    for (first, second, _) in checker.part_pairs(pair.index()) {
+        let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
+        let found = narrow_phase::signed_distance(a, b, best.unwrap_or(most), &mut scratch.buffers);
+        best = found.or(best);
+    }
+    best
 }
 
 /// Appends contacts as [`Checker::contacts_within`] does.

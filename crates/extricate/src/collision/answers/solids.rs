@@ -78,7 +78,7 @@ pub fn prepare_proposals(checker: &Checker) {
     checker.is_prepared.store(true, Ordering::Release);
 }
 
-fn parts_of(checker: &Checker, body: usize) -> &[PreparedPart] {
+pub fn parts_of(checker: &Checker, body: usize) -> &[PreparedPart] {
     &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()]
 }
 

@@ -79,6 +79,8 @@ pub enum ContactSearch {
     /// Deep overlaps are then seen whole, and a configuration is free if no contact is below the
     /// clearance.
     Proposal,
+    /// Exact within rounding, but meshes are replaced by convex pieces as in a proposal.
+    Pieces,
     /// The nearest contact, and the depth of convex shapes, within rounding.
     Exact,
 }

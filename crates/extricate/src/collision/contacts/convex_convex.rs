@@ -60,7 +60,7 @@ impl ContactMemory {
             return None;
         }
         if let Some(contact) = self.contact
-            && query.search != ContactSearch::Exact
+            && query.search == ContactSearch::Proposal
             && bound > (MIN_REMAINING_SHARE * self.lower).max(2.0 * clearance)
         {
             let point_second = relative.pose_a_b.point(&self.pose_a_b.inverse_point(&contact.point_second));
@@ -74,7 +74,7 @@ impl ContactMemory {
             return None;
         }
         let slack = match query.search {
-            ContactSearch::Exact => Slack::NONE,
+            ContactSearch::Exact | ContactSearch::Pieces => Slack::NONE,
             ContactSearch::Proposal => Slack { beyond: 2.0 * clearance, ..COARSE_SLACK },
         };
         let (first, pose_first, pose_second) = (&x.shape, &Pose::identity(), &relative.pose_a_b);

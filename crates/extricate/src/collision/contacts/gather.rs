@@ -55,7 +55,7 @@ pub fn gather(
         return;
     }
     match (&a.kind, &b.kind) {
-        _ if !are_convex && search == ContactSearch::Proposal => {
+        _ if !are_convex && search != ContactSearch::Exact => {
             by_pieces(prepared, &relative, query, place, buffers, sink)
         }
         (Convex(x), Convex(y)) => {

@@ -40,7 +40,8 @@ impl InnerSpheres {
         balls
     }
 
-    fn iter(&self) -> impl Iterator<Item = (Vec3, f64)> {
+    /// Centres and radii \[m\], largest first.
+    pub fn iter(&self) -> impl Iterator<Item = (Vec3, f64)> {
         let center = |lane: usize| Vec3::from_fn(|axis, _| self.centers[axis][lane]);
         (0..self.count).map(move |lane| (center(lane), self.radii[lane]))
     }

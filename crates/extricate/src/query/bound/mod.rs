@@ -15,7 +15,7 @@ pub mod combined;
 mod directional;
 mod half_spaces;
 pub mod proof;
-mod reach;
+pub(crate) mod reach;
 
 use std::cmp::Ordering;
 

@@ -60,12 +60,29 @@ impl Subproblem {
             let row = &mut self.qp.push(0.0)[..nv];
             contact.add_gradient(scene, &self.twists, row);
             row.iter_mut().for_each(|slope| *slope = -*slope);
-            self.bound_last_row(contact.distance - context.touching.most);
+            self.bound_last_row(contact.distance - context.touching.aim);
         }
         let rows = self.qp.rows();
         self.kept.push(&mut self.qp, nv);
         self.end();
         rows
+    }
+
+    /// Builds the program of a step that brings a pair to the clearance less the slack, or nearer,
+    /// by linear models of its distance: values at `x`, and gradients.
+    pub fn build_closing<'a>(
+        &mut self,
+        context: &Context,
+        x: &[f64],
+        radius: f64,
+        models: impl Iterator<Item = (f64, &'a [f64])>,
+    ) {
+        self.begin(&context.checker.scene().space, x, radius, context.locked);
+        for (value, row) in models {
+            self.qp.push(0.0).iter_mut().zip(row).for_each(|(slot, slope)| *slot = -slope);
+            self.bound_last_row(value - (context.clearance - self.slack));
+        }
+        self.end();
     }
 
     /// Builds the program from the contact planes of `x`; else as [`Subproblem::build`].

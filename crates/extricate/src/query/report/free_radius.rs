@@ -2,18 +2,29 @@
 
 use std::collections::BTreeMap;
 
-use crate::collision::{ContactQuery, ContactSearch};
-use crate::math::Pose;
+use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch, signed_distance_below};
+use crate::math::{Pose, Vec3};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
+use crate::metric::pair_motion::PairMotion;
+use crate::query::bound::reach::{Curvature, ReachScratch, least_reach, reach_by_rate};
 use crate::query::bound::{BoundEffort, distance_along};
 use crate::query::context::Context;
 use crate::query::evaluate::Evaluator;
+use crate::scene::{MetricKind, PairId, Scene};
 
 /// Distances of pairs are measured up to this beyond the clearance \[m\]; pairs farther apart count
 /// as that far.
 const MARGIN_M: f64 = 0.05;
 /// Margin for the rounding of measured distances \[m\].
 const ROUNDING_M: f64 = 1e-9;
+/// Contacts are searched this much beyond the distance of a pair \[m\].
+const PLAY_M: f64 = 1e-6;
+/// Bodies with more corners are bounded by their nearest distance alone.
+const MAX_CORNERS: usize = 32;
+/// Ceilings that are tried one after another, and the factor by which a ceiling exceeds what is
+/// known.
+const MAX_CEILINGS: usize = 3;
+const CEILING_FACTOR: f64 = 3.0;
 
 /// Returns a distance from `q` \[metric units\] within which no two bodies of a checked pair touch.
 ///
@@ -33,12 +44,11 @@ pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path
         let distance = contact.distance + checker.excess(contact.pair.index());
         apart[contact.pair.index()] = apart[contact.pair.index()].min(distance);
     }
-    for (index, pair) in scene.pairs.iter().enumerate() {
+    for (index, apart) in apart.iter().enumerate() {
         let far = checker.clearance_of(index) + MARGIN_M;
-        let distance = if apart[index].is_nan() { far } else { apart[index].min(far) };
-        let [a, b] = [pair.first, pair.second];
-        let carried = if scene.bodies[a].frame == 0 { [b, 0] } else { [a, scene.bodies[b].frame] };
-        nearest.entry(carried).and_modify(|least| *least = least.min(distance)).or_insert(distance);
+        // The least of a number and nan is the number.
+        let distance = apart.min(far);
+        nearest.entry(carried(scene, index)).and_modify(|least| *least = least.min(distance)).or_insert(distance);
     }
     let poses = evaluator.check.poses().to_vec();
     let mut radius = context.scale;
@@ -47,6 +57,190 @@ pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path
         radius = keeps(context, &poses, [body, seen_from], needed, radius, path);
     }
     radius
+}
+
+/// A pair, and how far it is from touching.
+#[derive(Debug, Clone, Copy)]
+struct PairRadius {
+    pair: PairId,
+    /// Distance \[m\] beyond the clearance of the pair.
+    apart: f64,
+    /// Distance \[metric units\] within which the pair is proved to keep its clearance.
+    radius: f64,
+}
+
+/// Returns a distance from `q` \[metric units\], at most `ceiling`, within which every checked pair
+/// keeps its clearance. It is larger than [`free_radius`], since pairs far apart count as far as
+/// they are, and the nearest are bounded more closely.
+///
+/// # Guarantee
+/// As for [`free_radius`], or by [`Closing::radius`].
+pub fn proved(context: &Context, q: &[f64], ceiling: f64, evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
+    let (checker, scene) = (context.checker, context.checker.scene());
+    let ceiling = ceiling.min(context.scale);
+    evaluator.checks += 1;
+    let most = (0..scene.pairs.len()).map(|pair| checker.clearance_of(pair)).fold(0.0, f64::max);
+    let least = (checker.clearance(q, &mut evaluator.check) - most - ROUNDING_M).max(0.0);
+    let poses = evaluator.check.poses().to_vec();
+    let mut ways: BTreeMap<[usize; 2], Vec<PairId>> = BTreeMap::new();
+    for pair in 0..scene.pairs.len() {
+        ways.entry(carried(scene, pair)).or_default().push(PairId::new(pair));
+    }
+    // Distances of pairs are measured as far as matters for a radius, and that grows until it does.
+    let mut reach = ways.keys().fold(ceiling, |reach, way| keeps(context, &poses, *way, least, reach, path));
+    let mut closing = Closing::default();
+    loop {
+        reach = (CEILING_FACTOR * reach).max(1e-9 * ceiling).min(ceiling);
+        let mut near = Vec::new();
+        for (way, pairs) in &ways {
+            let moved = farthest(context, &poses, *way, reach, path);
+            for pair in pairs {
+                let cutoff = moved + checker.clearance_of(pair.index()) + ROUNDING_M;
+                let Some(distance) = signed_distance_below(checker, *pair, cutoff, &mut evaluator.check) else {
+                    continue;
+                };
+                let apart = distance - checker.clearance_of(pair.index());
+                let radius = keeps(context, &poses, *way, (apart - ROUNDING_M).max(0.0), reach, path);
+                near.push(PairRadius { pair: *pair, apart, radius });
+            }
+        }
+        let mut is_raised = vec![false; near.len()];
+        let found = loop {
+            let Some(at) = (0..near.len()).min_by(|a, b| near[*a].radius.total_cmp(&near[*b].radius)) else {
+                break reach;
+            };
+            if near[at].radius >= reach || std::mem::replace(&mut is_raised[at], true) {
+                break near[at].radius.min(reach);
+            }
+            let raised = closing.radius(context, (q, &poses), &near[at], reach, &mut evaluator.check);
+            near[at].radius = near[at].radius.max(raised);
+        };
+        if found < reach || reach >= ceiling {
+            return found;
+        }
+    }
+}
+
+/// Radii of pairs by how far points of boxes around their shapes have to move along the normal of a
+/// contact.
+#[derive(Default)]
+struct Closing {
+    motion: PairMotion,
+    reach: ReachScratch,
+    contacts: Vec<Contact>,
+    corners: [Vec<Vec3>; 2],
+}
+
+impl Closing {
+    /// Returns a distance, at most `most`, within which a pair keeps its clearance; 0 if none is
+    /// proved.
+    ///
+    /// # Guarantee
+    /// Let `n` be a direction that rests in the frame that carries both bodies. At any
+    /// configuration, `n . (a - b)` is affine in the points `a` and `b` of the two bodies, so over
+    /// boxes around their shapes it is least at corners. While it exceeds the clearance there, the
+    /// bodies keep it. [`least_reach`] proves how far each pair of corners keeps it.
+    fn radius(
+        &mut self,
+        context: &Context,
+        (q, poses): (&[f64], &[Pose]),
+        pair: &PairRadius,
+        most: f64,
+        check: &mut CheckScratch,
+    ) -> f64 {
+        let PairRadius { pair, apart, radius } = *pair;
+        let scene = context.checker.scene();
+        let bodies = [scene.pairs[pair.index()].first, scene.pairs[pair.index()].second];
+        let frames = bodies.map(|body| scene.bodies[body].frame);
+        context.metric.pair_motion(poses, frames, |v| context.is_locked(v), &mut self.motion);
+        if context.metric.kind() == MetricKind::MaxDisplacement {
+            context.metric.place_points(poses, [&Vec3::zeros(); 2], &mut self.motion);
+            return reach_by_rate(&self.motion, (apart - ROUNDING_M).max(0.0), most);
+        }
+        for (corners, body) in self.corners.iter_mut().zip(bodies) {
+            corners.clear();
+            context.checker.corners_of(body, poses, &mut |corner| corners.push(corner));
+        }
+        if self.corners.iter().any(|corners| corners.len() > MAX_CORNERS) {
+            return 0.0;
+        }
+        self.contacts.clear();
+        let margin = (apart + context.clearance).max(context.clearance) + PLAY_M;
+        let query = ContactQuery { margin, search: ContactSearch::Exact };
+        context.checker.contacts_of(q, pair, query, check, &mut self.contacts);
+        let Some(n) = self.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).map(|c| c.normal) else {
+            return 0.0;
+        };
+        let keeps = context.checker.clearance_of(pair.index()) + ROUNDING_M;
+        // The curvature is bounded up to a ceiling, so a near one proves more.
+        let mut best: f64 = 0.0;
+        let mut ceiling = (CEILING_FACTOR * radius).min(most);
+        for _ in 0..MAX_CEILINGS {
+            let found = self.along(context, poses, (frames, &n), (keeps, ceiling));
+            best = best.max(found);
+            let is_met = found >= ceiling;
+            if found <= radius || is_met && ceiling >= most {
+                break;
+            }
+            ceiling = if is_met { CEILING_FACTOR * ceiling } else { found + 0.2 * (ceiling - found) }.min(most);
+        }
+        best
+    }
+
+    /// Returns the distance, at most `ceiling`, within which all corners stay apart along `n`.
+    fn along(
+        &mut self,
+        context: &Context,
+        poses: &[Pose],
+        (frames, n): ([usize; 2], &Vec3),
+        (keeps, ceiling): (f64, f64),
+    ) -> f64 {
+        let Self { motion, reach, corners: [first, second], .. } = self;
+        // Of a body that rests, only the extreme corner counts.
+        let extreme = |corners: &[Vec3], sign: f64| {
+            corners.iter().copied().max_by(|a, b| (sign * n.dot(a)).total_cmp(&(sign * n.dot(b)))).into_iter().collect()
+        };
+        let a: Vec<Vec3> = if frames[0] == 0 { extreme(first, -1.0) } else { first.clone() };
+        let b: Vec<Vec3> = if frames[1] == 0 { extreme(second, 1.0) } else { second.clone() };
+        let mut least = ceiling;
+        for (a, b) in a.iter().flat_map(|a| b.iter().map(move |b| (a, b))) {
+            let needed = n.dot(&(a - b)) - keeps;
+            if needed.is_nan() || needed <= 0.0 {
+                return 0.0;
+            }
+            context.metric.place_points(poses, [a, b], motion);
+            let curvature = Curvature::of(motion, least);
+            least = least_reach(motion, &curvature, &[(-n, needed); 3], (least, least), reach);
+        }
+        least
+    }
+}
+
+/// Returns the body of a pair that moves, and the frame from which it is seen.
+fn carried(scene: &Scene, pair: usize) -> [usize; 2] {
+    let [a, b] = [scene.pairs[pair].first, scene.pairs[pair].second];
+    if scene.bodies[a].frame == 0 { [b, 0] } else { [a, scene.bodies[b].frame] }
+}
+
+/// Returns how far \[m\] any point of a body moves within `distance`, as seen from a frame.
+fn farthest(
+    context: &Context,
+    poses: &[Pose],
+    [body, relative_to]: [usize; 2],
+    distance: f64,
+    path: &mut MotionPath,
+) -> f64 {
+    let of = context.checker.scene().bodies[body].frame;
+    let mut most: f64 = 0.0;
+    if of != relative_to {
+        context.metric.motion_between(poses, of, relative_to, path);
+        context.checker.corners_of(body, poses, &mut |position| {
+            let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
+            context.metric.motion_of(poses, &point, path);
+            most = most.max(path.bound(distance));
+        });
+    }
+    most
 }
 
 /// Returns the largest distance, at most `ceiling`, within which no point of a body moves by

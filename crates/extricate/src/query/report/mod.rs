@@ -37,6 +37,13 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     // configuration.
     context.metric.anchor(&answer.witness, far_anchor);
     answer.kept.extend(context.kept.iter().map(|link| link.error(&far_anchor.poses)));
+    if context.touching.are_required {
+        let beyond = context.touching.most - context.clearance;
+        for pair in context.touching.pairs {
+            let position = evaluator.gap(context, &answer.witness, *pair) + beyond;
+            answer.push_gap(position);
+        }
+    }
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
     let bound = proof.bound(context, anchor, answer.depth, &mut evaluator.check);
@@ -46,7 +53,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     if answer.lower_bound == 0.0 {
         answer.unproved = Some(why_unproved(context, &anchor.q, answer, &mut evaluator.check));
     }
-    gradient(context, anchor, memory, &mut evaluator.metric, answer);
+    gradient(context, anchor, memory, &mut evaluator.metric, (answer.depth, &mut answer.gradient));
     if options.exits > 1 {
         report_exits(context, options.exits, known, evaluator, answer);
     }
@@ -72,17 +79,18 @@ fn why_unproved(context: &Context, q: &[f64], answer: &Answer, check: &mut Check
     if has_inside { Unproved::Shallow } else { Unproved::Surfaces }
 }
 
-/// Sets the gradient of the distance to the witness. It is that of the depth too while the witness
-/// stays the best, since moving it then changes the distance by nothing to first order.
-fn gradient(
+/// Writes the gradient of the distance to the witness, the memory's `far_anchor`, from the anchor,
+/// which is at this distance. It is that of the depth too while the witness stays the best, since
+/// moving it then changes the distance by nothing to first order.
+pub fn gradient(
     context: &Context,
     anchor: &Anchor,
     memory: &mut ReportScratch,
     metric_scratch: &mut MetricScratch,
-    answer: &mut Answer,
+    (distance, out): (f64, &mut [f64]),
 ) {
     // A kept link may be off though the witness is no farther than the query.
-    if answer.depth == 0.0 {
+    if distance == 0.0 {
         return;
     }
     let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
@@ -91,13 +99,13 @@ fn gradient(
     // the query, times the depth.
     match metric.kind() {
         MetricKind::Joint => {
-            metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
-            return answer.gradient.iter_mut().for_each(|slope| *slope /= answer.depth);
+            metric.joint_gradient(far_anchor, &anchor.q, out);
+            return out.iter_mut().for_each(|slope| *slope /= distance);
         }
         MetricKind::ObjectNorm => {
             metric.quadratic_model(far_anchor, &anchor.q, &anchor.poses, quadratic);
-            let slopes = quadratic.gradient.iter().map(|slope| slope / answer.depth);
-            return answer.gradient.iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+            let slopes = quadratic.gradient.iter().map(|slope| slope / distance);
+            return out.iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
         }
         MetricKind::MaxDisplacement => {}
     }
@@ -115,7 +123,7 @@ fn gradient(
             change += sign * metric.distance_from(far_anchor, moved, metric_scratch);
         }
         step[k] = 0.0;
-        answer.gradient[k] = change / (2.0 * DIFFERENCE_STEP);
+        out[k] = change / (2.0 * DIFFERENCE_STEP);
     }
 }
 

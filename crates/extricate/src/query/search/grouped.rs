@@ -38,8 +38,8 @@ pub fn search_groups(
     scratch.known.may_fall_back = has_samples && are_free && scratch.known.looks_anywhere;
     groups.split(context, pairs.at_rest.iter().copied());
     groups.join_carried(context);
-    // A kept link moves with joints of any group.
-    if groups.roots().next().is_none() || !context.kept.is_empty() {
+    // A kept link moves with joints of any group, and so do pairs that have to touch.
+    if groups.roots().next().is_none() || context.is_held() {
         groups.join_all(context);
     }
     let mut believes = !context.checker.all_convex();

@@ -1,5 +1,5 @@
 //! Starts that keep the links of a query: the self-motion of an arm, and other solutions of its
-//! inverse kinematics.
+//! inverse kinematics. If pairs have to touch, the same draws are starts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -54,7 +54,8 @@ fn draw(search: &mut Search) -> Vec<(f64, Vec<f64>)> {
         if search.evaluator.project(context, &mut config) {
             turning.iter().for_each(|factor| unwind(factor, &known.anchor.q, &mut config));
             let distance = search.evaluator.distance(context, &known.anchor, &config);
-            if distance > 0.0 {
+            // A query at its place in which pairs do not touch is a start too.
+            if distance > 0.0 || context.touching.are_required {
                 found.push((distance, config));
             }
         }

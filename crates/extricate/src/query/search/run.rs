@@ -26,7 +26,7 @@ pub fn run(search: &mut Search) {
     }
     ask(search, Source::Directions);
     ask(search, Source::Stored);
-    if !search.context.kept.is_empty() {
+    if search.context.is_held() {
         ask(search, Source::Kept);
     }
     if search.known.exits.len() == 0 && !search.evaluator.is_spent() {

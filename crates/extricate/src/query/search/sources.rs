@@ -102,8 +102,8 @@ pub fn take_stored(search: &mut Search) {
 /// Offers the first free configuration of a low-discrepancy sequence, and descends from it.
 pub fn take_anywhere(search: &mut Search) {
     let (context, space) = (search.context, &search.context.checker.scene().space);
-    // If no draw could be moved to where links are kept, more will not be.
-    if !context.kept.is_empty() && search.known.kept.is_empty() {
+    // If no draw could be moved to where links are kept, more will not be. None touches by chance.
+    if !context.kept.is_empty() && search.known.kept.is_empty() || context.touching.are_required {
         return;
     }
     let halton = Halton::new(space.nv(), 0);

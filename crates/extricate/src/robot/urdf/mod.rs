@@ -12,7 +12,7 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node};
 
-use super::formats::xml::{NEEDS_XACRO, child, children, document, label, own_attribute};
+use super::formats::xml::{NEEDS_XACRO, child, children, document, label, numbers, own_attribute};
 use super::link_tree::{resolve_mimics, root};
 use super::{Link, LinkGeometry, LoadLimit, LoadLimits, Robot};
 use crate::error::{Error, Result, listed, quoted};
@@ -84,12 +84,13 @@ pub fn parse_within(
     let document = document(file, &text, "URDF", limits)?;
     let robot = document.root_element();
     check_root(file, &document)?;
+    let colours = if shapes == Shapes::Visual { named_colours(robot) } else { HashMap::new() };
     let mut links = Vec::new();
     let mut link_of_name = HashMap::new();
     let mut shape_count = 0;
     for node in children(robot, "link") {
         let reader = ElementReader { file, element: label(node) };
-        let link = link(&reader, node, shapes, load_mesh, warnings)?;
+        let link = link(&reader, node, (shapes, &colours), load_mesh, warnings)?;
         shape_count += link.collision.len();
         limits.check(LoadLimit::NameBytes, link.name.len(), file, &reader.element)?;
         limits.check(LoadLimit::Links, links.len() + 1, file, "robot")?;
@@ -137,7 +138,7 @@ const IS_SDF: &str = "got <sdf>, expected <robot>: this is SDF; in Python `extri
 fn link(
     reader: &ElementReader,
     node: Node,
-    shapes: Shapes,
+    (shapes, colours): (Shapes, &HashMap<&str, [f64; 4]>),
     load_mesh: LoadMesh,
     warnings: &mut Vec<String>,
 ) -> Result<Link> {
@@ -151,10 +152,27 @@ fn link(
         };
         let pose_link_geometry = reader.origin(part)?;
         if let Some(geometry) = shapes::geometry(reader, shape, load_mesh, warnings)? {
-            collision.push(LinkGeometry { pose_link_geometry, geometry });
+            let rgba = child(part, "material").and_then(|material| {
+                own_colour(material).or_else(|| colours.get(own_attribute(material, "name")?).copied())
+            });
+            collision.push(LinkGeometry { pose_link_geometry, geometry, rgba });
         }
     }
     Ok(Link { name, collision })
+}
+
+/// Colours of materials by name. A material may be defined in the robot or in any `<visual>`, and
+/// others use it by its name.
+fn named_colours<'a>(robot: Node<'a, '_>) -> HashMap<&'a str, [f64; 4]> {
+    let materials = robot.descendants().filter(|node| node.has_tag_name("material"));
+    materials.filter_map(|material| Some((own_attribute(material, "name")?, own_colour(material)?))).collect()
+}
+
+/// The colour that a material states itself. No check depends on it, so an invalid one is none.
+fn own_colour(material: Node) -> Option<[f64; 4]> {
+    let text = own_attribute(child(material, "color")?, "rgba")?;
+    let rgba: [f64; 4] = numbers("", "", "rgba", text).ok()?;
+    rgba.iter().all(|x| (0.0..=1.0).contains(x)).then_some(rgba)
 }
 
 /// Warns of a robot that collides with nothing because all its shapes are visual.

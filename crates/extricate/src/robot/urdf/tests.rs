@@ -175,6 +175,28 @@ fn robots_that_can_only_be_seen_are_told_and_visuals_may_be_taken() {
 }
 
 #[test]
+fn visuals_have_the_colours_of_their_materials() {
+    let visual = |material: &str| format!("<visual><geometry><sphere radius='1'/></geometry>{material}</visual>");
+    let own = "<material name='own'><color rgba='0.1 0.2 0.3 1'/></material>";
+    let materials = [
+        "<material name='late'/>",
+        own,
+        "<material name='own'/>",
+        "<material name='nobody'/>",
+        "",
+        "<material name='wrong'><color rgba='255 0 0 1'/></material>",
+        "<material><color rgba='1 0'/></material>",
+    ];
+    let shapes: String = materials.map(visual).concat();
+    let late = "<material name='late'><color rgba='1 0 0 0.5'/></material>";
+    let text = format!("<robot name='r'><link name='a'>{shapes}</link>{late}</robot>");
+    let robot = parse("r.urdf", &text, Shapes::Visual, &mut tetrahedron, &mut vec![]).unwrap();
+    let colours: Vec<_> = robot.links[0].collision.iter().map(|shape| shape.rgba).collect();
+    let (late, own) = (Some([1.0, 0.0, 0.0, 0.5]), Some([0.1, 0.2, 0.3, 1.0]));
+    assert_eq!(colours, [late, own, own, None, None, None, None]);
+}
+
+#[test]
 fn what_is_not_one_tree_is_named() {
     let with = |joints: &[String]| LINKS.to_owned() + &joints.concat();
     let fixed = |name, parent, child| joint(name, "fixed", parent, child, "");

@@ -51,10 +51,7 @@ pub fn replace_meshes(
             if let Entry::Vacant(place) = done.entry(key) {
                 place.insert(replaced(mesh, kind, cut, &owner, warnings)?);
             }
-            let pose_link_geometry = shape.pose_link_geometry;
-            parts.extend(
-                done[&key].iter().map(|geometry| LinkGeometry { pose_link_geometry, geometry: geometry.clone() }),
-            );
+            parts.extend(done[&key].iter().map(|geometry| LinkGeometry { geometry: geometry.clone(), ..shape }));
         }
         link.collision = parts;
     }

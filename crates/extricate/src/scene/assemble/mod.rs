@@ -13,14 +13,16 @@ pub mod pairs;
 pub mod sound;
 pub mod workspace_radius;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::file::{self, SceneFile};
+use super::file::{self, GeometryKind, RobotEntry, SceneFile};
 use super::names::{NameIndex, Named, unique};
 use super::suspicious_units::warn_of_sizes;
 use super::{Body, LinkAttachment, MetricKind, Scene};
 use crate::error::{Error, Result, bounded};
-use crate::robot::LoadLimit;
+use crate::math::Pose;
+use crate::robot::{Geometry, Link, LinkGeometry, LoadLimit};
 use bodies::{OncePerMesh, link_bodies, refuse_vast, warn_of_surfaces};
 use clearances::clearances_of;
 use coordinates::coordinates;
@@ -58,6 +60,48 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let others = read_others(&name, scene, true, &mut files, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());
     build(&name, scene, &robots, others, warnings)
+}
+
+/// A shape by which a link is seen. No check uses it.
+#[derive(Debug, Clone)]
+pub struct Visual {
+    /// Name of the link in the scene.
+    pub link: String,
+    /// Maps coordinates of the shape to those of the link.
+    pub pose_link_shape: Pose,
+    /// The shape in its own coordinates.
+    pub geometry: Geometry,
+    /// Red, green, blue and opacity, each from 0 to 1; `None` if the URDF states no colour.
+    pub rgba: Option<[f64; 4]>,
+}
+
+/// Reads the `<visual>` elements of the robots of a scene; all else is as in
+/// [`assemble_entries`].
+///
+/// # Errors
+/// As [`assemble_entries`], but no scene is built.
+pub fn visuals(path: &Path, scene: &SceneFile, read: ReadFile) -> Result<Vec<Visual>> {
+    let seen = |entry: &RobotEntry| RobotEntry {
+        geometry: GeometryKind::Visual,
+        links: BTreeMap::new(),
+        srdf: None,
+        group: None,
+        ..entry.clone()
+    };
+    let entries: Vec<RobotEntry> = scene.robot.iter().map(seen).collect();
+    let robots = Files::new(path, scene, read).robots(&entries, &mut Vec::new())?;
+    let names = unique(&robots.iter().flat_map(link_names).collect::<Vec<_>>());
+    let links = robots.into_iter().flat_map(|loaded| loaded.robot.links).zip(names);
+    let of_link = |(link, name): (Link, String)| {
+        let shape = move |LinkGeometry { pose_link_geometry, geometry, rgba }| Visual {
+            link: name.clone(),
+            pose_link_shape: pose_link_geometry,
+            geometry,
+            rgba,
+        };
+        link.collision.into_iter().map(shape)
+    };
+    Ok(links.flat_map(of_link).collect())
 }
 
 /// Builds a scene from parsed robots and obstacles without reading files; `file` is the name of the

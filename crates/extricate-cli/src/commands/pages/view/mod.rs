@@ -71,7 +71,7 @@ pub struct ViewArgs {
     stream: bool,
     /// Show the paths in this file instead of configurations, one per line: an array of waypoints,
     /// {"path": [...]} or a JointTrajectory. The exact checker determines which parts are free
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort", "live"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort"])]
     paths: Option<PathBuf>,
     /// How hard to search, as for `query`
     #[arg(long, value_parser = effort(), default_value_t = Effort::Refined)]
@@ -90,8 +90,9 @@ pub struct ViewArgs {
     /// free port is chosen
     #[arg(long, value_name = "PORT", value_parser = port, num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
     serve: Option<u16>,
-    /// Put the library into the page: you can drag joints and obstacles, and the answer follows
-    #[arg(long, conflicts_with = "answers")]
+    /// Put the library into the page: you can drag joints, waypoints of paths and obstacles, and
+    /// the answer follows
+    #[arg(long, conflicts_with = "objects")]
     live: bool,
     /// With --live: file of the library as WebAssembly, instead of the built-in one
     #[arg(long, value_name = "FILE.wasm", requires = "live")]
@@ -247,7 +248,8 @@ fn page(args: &ViewArgs, solver: &Solver, shown: Vec<Shown>) -> anyhow::Result<S
     };
     let title = name_of(args.world.as_deref().unwrap_or(&args.file));
     let live = args.live.then(|| live(args, solver)).transpose()?;
-    let about = About { title: &title, source: &source, is_stream: args.stream, live: live.as_ref() };
+    let visuals = pages::visuals(&args.file, &args.load.options());
+    let about = About { title: &title, source: &source, is_stream: args.stream, visuals, live: live.as_ref() };
     pages::html(solver, shown, &about)
 }
 
