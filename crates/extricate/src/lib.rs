@@ -28,8 +28,9 @@
 //! # Features
 //!
 //! All are on by default; programs that make their geometry in code turn them off. `meshes` reads
-//! STL, OBJ, COLLADA, PLY and glTF, `model-files` models, roadmaps and scenes as bytes, `moveit`
-//! worlds of MoveIt. Without `meshes`, the built-in scenes that have meshes are errors.
+//! STL, OBJ, COLLADA, PLY and glTF, and XML that is not in UTF-8. `model-files` reads and writes
+//! models, roadmaps and scenes as bytes, `moveit` worlds of MoveIt. Without both, [`files`] writes
+//! none. Without `meshes`, the built-in scenes that have meshes are errors.
 
 // What files alone need stays in without them, and is left out by the linker.
 #![cfg_attr(
@@ -117,12 +118,13 @@ pub mod entries {
 pub mod files {
     #[cfg(feature = "moveit")]
     pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
+    #[cfg(any(feature = "model-files", feature = "moveit"))]
     pub use crate::io::{
-        GrowingFile, OutputLock, check_not_read, check_output, check_regular, find_package, is_same_output,
-        load_visuals, load_world, load_world_text, write_atomically, write_together,
+        GrowingFile, OutputLock, check_not_read, check_output, is_same_output, write_atomically, write_together,
     };
     #[cfg(feature = "model-files")]
     pub use crate::io::{check_model_output, check_roadmap_output, load_roadmap, save_roadmap};
+    pub use crate::io::{check_regular, find_package, load_visuals, load_world, load_world_text};
     #[cfg(feature = "moveit")]
     pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
 }

@@ -4,8 +4,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::files::{check_output, check_regular, destination, sync_folder};
+use super::files::check_regular;
 use super::lock::OutputLock;
+use super::writing::{check_output, destination, sync_folder};
 use crate::error::{Error, Result};
 
 /// Writes lines to the file `OUTPUT.part` as they come, and renames it to `OUTPUT` at the end. A

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::files::{destination, hidden_name, remove_unfinished};
+use super::writing::{destination, hidden_name, remove_unfinished};
 use crate::error::{Error, Result};
 
 /// Holds an output for one run. The system releases it when the program ends, however it does.

@@ -1,8 +1,10 @@
 //! The only module that touches files: scenes in, models in and out.
 
 mod files;
+#[cfg(any(feature = "model-files", feature = "moveit"))]
 mod growing;
 mod load_options;
+#[cfg(any(feature = "model-files", feature = "moveit"))]
 mod lock;
 #[cfg(feature = "model-files")]
 pub mod model_file;
@@ -10,6 +12,8 @@ pub mod model_file;
 pub mod roadmap_file;
 #[cfg(feature = "moveit")]
 pub mod worlds;
+#[cfg(any(feature = "model-files", feature = "moveit"))]
+mod writing;
 
 use std::path::Path;
 
@@ -25,14 +29,18 @@ use crate::scene::file::{self, SceneFile};
 #[cfg(feature = "moveit")]
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
-pub use files::{check_not_read, check_output, check_regular, is_same_output, write_atomically, write_together};
+pub use files::check_regular;
 use files::{read, read_within, reader};
+#[cfg(any(feature = "model-files", feature = "moveit"))]
 pub use growing::GrowingFile;
 use load_options::package_search;
 pub use load_options::{LoadOptions, find_package};
+#[cfg(any(feature = "model-files", feature = "moveit"))]
 pub use lock::OutputLock;
 #[cfg(feature = "model-files")]
 pub use roadmap_file::{check_roadmap_output, load_roadmap, save_roadmap};
+#[cfg(any(feature = "model-files", feature = "moveit"))]
+pub use writing::{check_not_read, check_output, is_same_output, write_atomically, write_together};
 
 /// Loads a scene file and everything that it names, or a URDF as a scene of that robot alone.
 ///
@@ -301,7 +309,7 @@ mod tests {
         let plant = |paths: &[std::path::PathBuf]| paths.iter().for_each(|path| fs::write(path, "half").unwrap());
         plant(&mine);
         plant(&others);
-        let written_by_another = files::temporary(folder.path(), &path("a")).unwrap();
+        let written_by_another = writing::temporary(folder.path(), &path("a")).unwrap();
         write_together(&[(path("b"), "new"), (path("a"), "new")]).unwrap();
         assert!(mine.iter().all(|path| !path.exists()) && others.iter().all(|path| path.exists()));
         assert!(written_by_another.path().exists());

@@ -12,8 +12,9 @@ use std::path::Path;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde::{Deserialize, Serialize};
 
-use super::files::{check_output, read, write_atomically};
+use super::files::read;
 use super::model_file::hash;
+use super::writing::{check_output, write_atomically};
 use crate::applications::motion::Roadmap;
 use crate::applications::motion::roadmap::RoadmapParts;
 use crate::cspace::ConfigSpace;

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{check_not_read, check_output, read_within, reader, write_together};
+use super::files::{read_within, reader};
 use super::lock::OutputLock;
+use super::writing::{check_not_read, check_output, write_together};
 use crate::error::{Error, Result, bounded};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::Scene;

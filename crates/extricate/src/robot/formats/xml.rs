@@ -4,7 +4,6 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use encoding_rs::Encoding;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::{Error, Result, quoted};
@@ -113,9 +112,19 @@ pub fn decoded(bytes: &[u8]) -> String {
     let first = String::from_utf8_lossy(first);
     let label = first.trim_start().strip_prefix("<?xml").and_then(|line| line.split_once("encoding"));
     let label = label.and_then(|(_, rest)| rest.trim_start_matches([' ', '=', '\t']).split(['"', '\'']).nth(1));
+    in_encoding(label, bytes)
+}
+
+#[cfg(feature = "meshes")]
+fn in_encoding(label: Option<&str>, bytes: &[u8]) -> String {
     // A first line that could be read byte by byte is not in UTF-16, whatever it says.
-    let declared = label.and_then(|label| Encoding::for_label(label.as_bytes())).unwrap_or(encoding_rs::UTF_8);
-    declared.output_encoding().decode(bytes).0.into_owned()
+    let declared = label.and_then(|label| encoding_rs::Encoding::for_label(label.as_bytes()));
+    declared.unwrap_or(encoding_rs::UTF_8).output_encoding().decode(bytes).0.into_owned()
+}
+
+#[cfg(not(feature = "meshes"))]
+fn in_encoding(_: Option<&str>, bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).into_owned()
 }
 
 /// Returns the name of the package in a ROS `package.xml`.
