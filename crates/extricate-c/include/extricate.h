@@ -360,8 +360,8 @@ typedef struct ExtricateOptions {
     // of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
     // such objects. docs/how-to/constraints.md lists the keys.
     const char *keep;
-    // The names of bodies that have to touch at the witness, two for each pair; null by default,
-    // for none. Their distance is then at most 0.5 mm beyond the clearance.
+    // The pairs of names of bodies that have to touch at the witness, one name after another; null
+    // by default, for none. Their distance is then at most 0.5 mm beyond the clearance.
     const char *const *touch;
     // Number of names in `touch`, which is even.
     size_t touch_count;

@@ -242,9 +242,9 @@ mod tests {
     const OF_C_ALONE: &[&str] = &[
         "refuse_outside",
         "locked_count",
-        "touch_count",
         "free",
         "free_count",
+        "touch_count",
         "weights",
         "weight_count",
         "toward_count",

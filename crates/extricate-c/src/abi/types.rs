@@ -241,8 +241,8 @@ pub struct ExtricateOptions {
     /// of a link, or JSON: {"link": "tool0", "position": 1e-4, "rotation": 1e-3}, or an array of
     /// such objects. docs/how-to/constraints.md lists the keys.
     pub keep: *const c_char,
-    /// The names of bodies that have to touch at the witness, two for each pair; null by default,
-    /// for none. Their distance is then at most 0.5 mm beyond the clearance.
+    /// The pairs of names of bodies that have to touch at the witness, one name after another; null
+    /// by default, for none. Their distance is then at most 0.5 mm beyond the clearance.
     pub touch: *const *const c_char,
     /// Number of names in `touch`, which is even.
     pub touch_count: usize,
