@@ -72,3 +72,13 @@ def test_a_free_query_is_moved_to_a_pose() -> None:
 def test_what_makes_no_sense_is_named(keep: object, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         Scene.builtin("shelf-arm").query(np.zeros(7), keep=keep)  # type: ignore[arg-type]
+
+
+def test_a_batch_says_how_far_apart_pairs_are_that_have_to_touch() -> None:
+    scene = Scene.builtin("free-box")
+    Q = scene.sample(4, seed=1)
+    rows = scene.query_batch(Q, touch=[("body", "floor")])
+    for row, q in zip(rows, Q):
+        one = scene.query(q, touch=[("floor", "body")])
+        assert one is not None and row["depth"] == one.depth and (row["witness"] == one.witness).all()
+        assert row["kept"].tolist() == [list(one.kept[0])] and one.kept[0][0] <= 5e-4

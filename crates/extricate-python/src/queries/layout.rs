@@ -13,7 +13,7 @@ pub struct Layout {
     nv: usize,
     segment: bool,
     free_radius: bool,
-    /// Number of kept links.
+    /// Number of kept links, and of pairs that have to touch.
     kept: usize,
     /// Places for exits; 0 if only one was requested.
     exits: usize,
@@ -32,7 +32,7 @@ impl Layout {
             nv: scene.space().nv(),
             segment: options.segment,
             free_radius: options.free_radius,
-            kept: options.keep.len(),
+            kept: options.keep.len() + options.touch.len(),
             exits: if options.exits > 1 { options.exits } else { 0 },
             pairs: if options.contacts { scene.pairs().len() } else { 0 },
         }

@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::cspace::sampling::uniform;
-use crate::scene::MetricKind;
 use crate::scene::assemble::assemble;
 use crate::scene::builtin;
+use crate::scene::{MetricKind, PairId};
 
 /// A ball of radius 0.1 that moves along three axes within 1 m, among these obstacles.
 fn carried_ball(obstacles: &str) -> Solver {
@@ -292,4 +292,13 @@ fn pairs_that_have_to_touch_do() {
     }
     let unknown = one.scene().pair_named("touch", ["ball", "sky"]).unwrap_err().to_string();
     assert!(unknown.contains("sky") && unknown.contains("round"), "{unknown}");
+}
+
+#[test]
+fn a_continuous_stream_takes_no_pairs_that_touch() {
+    let solver = Solver::new(builtin::scene("free-box").unwrap());
+    let options = QueryOptions::default().touch(vec![PairId::new(0)]);
+    let continuous = crate::StreamOptions::default().continuous(true);
+    let Err(refused) = solver.options(options).unwrap().stream(continuous) else { panic!("touch is ignored") };
+    assert!(refused.to_string().contains("touch"), "{refused}");
 }

@@ -26,6 +26,11 @@ impl Solver {
                 ("kept links".into(), "none in a continuous stream, whose proxy moves straight".into());
             return Err(Error::Option { name: "keep", value, expected });
         }
+        if options.continuous && !self.query_options().touch.is_empty() {
+            let (value, expected) =
+                ("pairs that touch".into(), "none in a continuous stream, whose proxy moves straight".into());
+            return Err(Error::Option { name: "touch", value, expected });
+        }
         let follower = Follower::new(options, self.query_options().clone());
         Ok(Stream { solver: self.clone(), follower })
     }
