@@ -8,7 +8,7 @@
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
 //! extricate-bench bounds SCENE|chains:FROM-TO N SEED     lower bounds of N queries against all that is found below them
-//! extricate-bench distances SCENE N SEED DRAWS          signed distances of N free configurations beside what DRAWS rays find, and their cost beside queries
+//! extricate-bench distances SCENE N SEED DRAWS          N signed distances beside what DRAWS rays find and queries cost
 //! extricate-bench scenery points|voxels N meshes|hulls   a cloud of N points around the built-in arm as one body, timed, as a JSON line
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```

@@ -14,7 +14,7 @@ use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::{notice, report};
+use crate::report;
 
 /// Help text on the keys of `--json`.
 const KEYS: &str = "Distances are in the scene's metric: negative for a configuration that collides, where it is minus the \
@@ -24,8 +24,6 @@ of the same sign: nothing nearer is on the other side), witness (the nearest fre
 which is free and just touches; null if there is none), gradient (of the distance, in tangent coordinates), pairs ([name, name] \
 of the bodies that collide, or that touch at the witness), checks, cut_short (whether a limit ended the search).";
 
-/// Lines that are read before all cores work on them.
-const BLOCK_LINES: usize = 1024;
 /// Message for a colliding configuration without an answer.
 const NONE_FREE: &str = "no free configuration was found";
 
@@ -102,59 +100,48 @@ pub fn run(args: &DistanceArgs, json: bool) -> anyhow::Result<()> {
     let none_free = || told.get_or_init(|| with_advice(NONE_FREE, &solver)).as_str();
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("measuring");
-    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK_LINES };
-    let (mut block, mut total, mut missing) = (Vec::new(), 0, 0);
+    let (mut total, mut missing) = (0, 0);
     loop {
-        let entry = configs.next(scene)?;
-        for note in configs.take_notes() {
-            progress.aside(|| notice::warning(note));
-        }
-        let ended = entry.is_none();
-        if let Some(Err(bad)) = &entry {
-            progress.aside(|| configs.report(bad));
-        }
-        block.extend(entry);
-        if block.len() >= size || ended {
-            let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
-            let mut found = Vec::with_capacity(queries.len());
-            solver.signed_distances(queries, args.within, args.threads, &mut |answered| {
-                found.push(answered.answer);
-                ControlFlow::Continue(())
-            })?;
-            let mut found = found.into_iter();
-            for entry in block.drain(..) {
-                let bad = match entry {
-                    Ok((line, _)) => match found.next().flatten() {
-                        Some(distance) => {
-                            if !json && total == 0 {
-                                out.line(header(report::metric_unit(scene)))?;
-                            }
-                            total += 1;
-                            let row = Row::new(&distance, scene);
-                            if json {
-                                out.json(&row)?
-                            } else {
-                                out.line(row.text(line))?
-                            }
-                            continue;
-                        }
-                        None => {
-                            missing += 1;
-                            progress.aside(|| configs.report(&BadLine { line, error: NONE_FREE.into() }));
-                            BadLine { line, error: none_free().into() }
-                        }
-                    },
-                    Err(bad) => bad,
-                };
-                if json {
-                    out.json(&bad)?;
-                }
-            }
-            progress.update(configs.fraction(), || report::counted(total, "distance", "distances"));
-        }
-        if ended {
+        let block = configs.next_block(scene, args.threads, &progress)?;
+        if block.is_empty() {
             break;
         }
+        let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
+        let mut found = Vec::with_capacity(queries.len());
+        solver.signed_distances(queries, args.within, args.threads, &mut |answered| {
+            found.push(answered.answer);
+            ControlFlow::Continue(())
+        })?;
+        let mut found = found.into_iter();
+        for entry in block {
+            let bad = match entry {
+                Ok((line, _)) => match found.next().flatten() {
+                    Some(distance) => {
+                        if !json && total == 0 {
+                            out.line(header(report::metric_unit(scene)))?;
+                        }
+                        total += 1;
+                        let row = Row::new(&distance, scene);
+                        if json {
+                            out.json(&row)?
+                        } else {
+                            out.line(row.text(line))?
+                        }
+                        continue;
+                    }
+                    None => {
+                        missing += 1;
+                        progress.aside(|| configs.report(&BadLine { line, error: NONE_FREE.into() }));
+                        BadLine { line, error: none_free().into() }
+                    }
+                },
+                Err(bad) => bad,
+            };
+            if json {
+                out.json(&bad)?;
+            }
+        }
+        progress.update(configs.fraction(), || report::counted(total, "distance", "distances"));
     }
     drop(progress);
     if !json

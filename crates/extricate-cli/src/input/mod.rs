@@ -17,6 +17,7 @@ use extricate::{Config, Scene};
 use serde::Serialize;
 
 use crate::args::Limits;
+use crate::progress::Progress;
 use crate::{notice, report};
 use line::{Reading, parse_config, parse_segment};
 use repeated::Repeated;
@@ -26,6 +27,9 @@ const MAX_LINE_BYTES: usize = 1 << 24;
 /// Pieces of [`MAX_LINE_BYTES`] bytes by which a longer line is skipped; a line that has not ended
 /// then is an error.
 const MAX_PIECES: usize = 64;
+
+/// Lines that are read before several threads answer them.
+const BLOCK_LINES: usize = 1024;
 
 /// Configurations of one input, in order.
 pub struct Configs {
@@ -113,6 +117,29 @@ impl Configs {
     pub fn next(&mut self, scene: &Scene) -> anyhow::Result<Option<Entry>> {
         let expected = format!("{} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| parse_config(text, scene, reading))
+    }
+
+    /// Reads the next lines that several threads answer together; none at the end. From a program
+    /// that waits for each answer, or for one thread, it reads one. Notes and bad lines are told
+    /// beside the progress.
+    ///
+    /// # Errors
+    /// Fails if reading fails; a bad line is an [`Entry`], not an error.
+    pub fn next_block(&mut self, scene: &Scene, threads: usize, progress: &Progress) -> anyhow::Result<Vec<Entry>> {
+        let size = if threads == 1 || self.is_stream() { 1 } else { BLOCK_LINES };
+        let mut block = Vec::new();
+        while block.len() < size {
+            let entry = self.next(scene)?;
+            for note in self.take_notes() {
+                progress.aside(|| notice::warning(note));
+            }
+            let Some(entry) = entry else { break };
+            if let Err(bad) = &entry {
+                progress.aside(|| self.report(bad));
+            }
+            block.push(entry);
+        }
+        Ok(block)
     }
 
     /// Reads the next pair of configurations, as [`Configs::next`] does.

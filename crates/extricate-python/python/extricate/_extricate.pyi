@@ -103,7 +103,7 @@ class _QueryKeywords(TypedDict, total=False):
     locked: Optional[Sequence[str]]
     free: Optional[Sequence[str]]
     keep: Optional[_Keep]
-    touch: Optional[Sequence[Tuple[str, str]]]
+    touch: Optional[Sequence[_NamePair]]
     weights: Optional[_Weights]
     toward: Optional[npt.ArrayLike]
     toward_share: float
@@ -130,7 +130,7 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -169,7 +169,7 @@ class _Calls:
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         free_radius: bool = False,
         limits: LimitRule = "forgive",
@@ -326,7 +326,7 @@ class Scene(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -407,7 +407,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -431,7 +431,7 @@ class Model(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -464,7 +464,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,
@@ -495,7 +495,7 @@ class Solver(_Calls):
         locked: Optional[Sequence[str]] = None,
         free: Optional[Sequence[str]] = None,
         keep: Optional[_Keep] = None,
-        touch: Optional[Sequence[Tuple[str, str]]] = None,
+        touch: Optional[Sequence[_NamePair]] = None,
         weights: Optional[_Weights] = None,
         toward: Optional[npt.ArrayLike] = None,
         toward_share: float = 0.25,

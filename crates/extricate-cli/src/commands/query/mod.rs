@@ -19,7 +19,7 @@ use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::{notice, report};
+use crate::report;
 use constraints::ConstraintArgs;
 use row::{QueryRow, header};
 use summary::Summary;
@@ -198,9 +198,6 @@ pub fn ask(solver: &Solver, stream: Option<&mut Stream>, queries: Vec<Config>, t
 /// Longest warm-up of the solver; it takes no longer than loading the model did.
 const MAX_WARM_UP: Duration = Duration::from_millis(30);
 
-/// Lines that are read before several threads answer them.
-const BLOCK_LINES: usize = 1024;
-
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(args.search.limits);
     let started = Instant::now();
@@ -226,40 +223,28 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     report.aim = aim;
     report.tells_witness = args.witness || args.input.input.is_none();
     let mut progress = Progress::beside_rows("querying");
-    // A program that waits for each answer gets it at once.
-    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK_LINES };
-    let (mut block, mut unanswered) = (Vec::new(), 0);
+    let mut unanswered = 0;
     loop {
-        let entry = configs.next(scene)?;
-        for note in configs.take_notes() {
-            progress.aside(|| notice::warning(note));
-        }
-        let ended = entry.is_none();
-        if let Some(Err(bad)) = &entry {
-            progress.aside(|| configs.report(bad));
-        }
-        block.extend(entry);
-        if block.len() >= size || ended {
-            let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
-            let mut answers = ask(&solver, stream.as_mut(), queries, args.threads).into_iter();
-            for entry in block.drain(..) {
-                match entry {
-                    Err(bad) => report.bad(&bad)?,
-                    Ok((line, _)) => match answers.next() {
-                        Some((Some(answer), seconds)) => report.answer(line, &answer, seconds)?,
-                        _ => {
-                            unanswered += 1;
-                            progress.aside(|| configs.report(&BadLine { line, error: NONE_FREE.into() }));
-                            report.bad(&BadLine { line, error: none_free().into() })?;
-                        }
-                    },
-                }
-            }
-            progress.update(configs.fraction(), || report::counted(report.summary.queries(), "answer", "answers"));
-        }
-        if ended {
+        let block = configs.next_block(scene, args.threads, &progress)?;
+        if block.is_empty() {
             break;
         }
+        let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
+        let mut answers = ask(&solver, stream.as_mut(), queries, args.threads).into_iter();
+        for entry in block {
+            match entry {
+                Err(bad) => report.bad(&bad)?,
+                Ok((line, _)) => match answers.next() {
+                    Some((Some(answer), seconds)) => report.answer(line, &answer, seconds)?,
+                    _ => {
+                        unanswered += 1;
+                        progress.aside(|| configs.report(&BadLine { line, error: NONE_FREE.into() }));
+                        report.bad(&BadLine { line, error: none_free().into() })?;
+                    }
+                },
+            }
+        }
+        progress.update(configs.fraction(), || report::counted(report.summary.queries(), "answer", "answers"));
     }
     report.finish()?;
     drop(progress);

@@ -1,13 +1,11 @@
 //! What a search for a signed distance found.
 
-use serde::Serialize;
-
 use crate::cspace::Config;
 use crate::query::constraints::SearchResult;
 use crate::scene::PairId;
 
 /// The signed distance of a configuration, see [`crate::Solver::signed_distance`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SignedDistance {
     /// Distance in metric units from the configuration to the witness: negative if the

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::metric::motion_bound::MotionPath;
 use crate::query::constraints::under;
 use crate::query::evaluate::Evaluator;
-use crate::query::report::free_radius;
+use crate::query::report::free_radius::{Keeps, free_radius};
 use crate::query::{Context, Deadline, QueryOptions, QueryScratch, query};
 use crate::solver::{Answered, Solver, in_blocks};
 pub use distance::SignedDistance;
@@ -80,7 +80,7 @@ impl Solver {
             if !is_free(&context, q, evaluator) {
                 return 0.0;
             }
-            free_radius::proved(&context, q, context.scale, evaluator, &mut MotionPath::default())
+            free_radius(&context, q, (Keeps::Clearance, context.scale), evaluator, &mut MotionPath::default())
         })
     }
 }

@@ -25,14 +25,12 @@ use crate::query::context::Context;
 use crate::query::descent::subproblem::Subproblem;
 use crate::query::evaluate::Evaluator;
 use crate::query::local_metric::LocalMetric;
-use crate::query::report::free_radius;
+use crate::query::report::free_radius::{Keeps, PLAY_M, free_radius};
 use crate::query::report::gradient;
 use crate::query::{QpOutcome, QueryScratch, Termination};
 use crate::robot::Geometry;
 use crate::scene::PairId;
 
-/// Contacts are searched this much beyond the distance of a pair \[m\].
-const PLAY_M: f64 = 1e-6;
 /// Contacts of meshes are searched this far \[m\].
 const FAR_M: f64 = 1e6;
 /// An approach aims at this much less than the clearance \[m\], so that its end collides.
@@ -92,7 +90,7 @@ pub fn nearest_contact(
     search.subproblem.slack = SLACK_M;
     search.local.set(context, &anchor);
     let mut proved = |search: &mut Outside, ceiling: f64| {
-        free_radius::proved(context, q, ceiling, search.evaluator, &mut scratch.report.motion)
+        free_radius(context, q, (Keeps::Clearance, ceiling), search.evaluator, &mut scratch.report.motion)
     };
     let mut bound = if within.is_finite() { proved(&mut search, within) } else { 0.0 };
     let mut found = None;

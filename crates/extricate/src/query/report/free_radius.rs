@@ -1,4 +1,4 @@
-//! The free radius: how far around a witness nothing touches, proved from its clearance.
+//! The free radius: how far around a configuration nothing touches, proved from its clearance.
 
 use std::collections::BTreeMap;
 
@@ -12,13 +12,10 @@ use crate::query::context::Context;
 use crate::query::evaluate::Evaluator;
 use crate::scene::{MetricKind, PairId, Scene};
 
-/// Distances of pairs are measured up to this beyond the clearance \[m\]; pairs farther apart count
-/// as that far.
-const MARGIN_M: f64 = 0.05;
 /// Margin for the rounding of measured distances \[m\].
 const ROUNDING_M: f64 = 1e-9;
 /// Contacts are searched this much beyond the distance of a pair \[m\].
-const PLAY_M: f64 = 1e-6;
+pub const PLAY_M: f64 = 1e-6;
 /// Bodies with more corners are bounded by their nearest distance alone.
 const MAX_CORNERS: usize = 32;
 /// Ceilings that are tried one after another, and the factor by which a ceiling exceeds what is
@@ -26,60 +23,47 @@ const MAX_CORNERS: usize = 32;
 const MAX_CEILINGS: usize = 3;
 const CEILING_FACTOR: f64 = 3.0;
 
-/// Returns a distance from `q` \[metric units\] within which no two bodies of a checked pair touch.
-///
-/// # Guarantee
-/// Proved pair by pair: two bodies at distance `d` do not meet while no point of one moves by `d`
-/// as seen from the other. The motion bound is a convex function of the point, so over a shape it
-/// is largest at a corner of the box around it.
-pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
-    let (checker, scene) = (context.checker, context.checker.scene());
-    let query = ContactQuery { margin: context.clearance + MARGIN_M, search: ContactSearch::Exact };
-    evaluator.contacts_at(context, q, query);
-    // Only the smallest distance between a body and a frame counts: scenes have many obstacles and
-    // few frames.
-    let mut nearest: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-    let mut apart = vec![f64::NAN; scene.pairs.len()];
-    for contact in &evaluator.contacts {
-        let distance = contact.distance + checker.excess(contact.pair.index());
-        apart[contact.pair.index()] = apart[contact.pair.index()].min(distance);
-    }
-    for (index, apart) in apart.iter().enumerate() {
-        let far = checker.clearance_of(index) + MARGIN_M;
-        // The least of a number and nan is the number.
-        let distance = apart.min(far);
-        nearest.entry(carried(scene, index)).and_modify(|least| *least = least.min(distance)).or_insert(distance);
-    }
-    let poses = evaluator.check.poses().to_vec();
-    let mut radius = context.scale;
-    for ([body, seen_from], distance) in nearest {
-        let needed = (distance - ROUNDING_M).max(0.0);
-        radius = keeps(context, &poses, [body, seen_from], needed, radius, path);
-    }
-    radius
+/// Distance of bodies that a pair has to keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keeps {
+    /// The clearance of the pair: the configuration stays free.
+    Clearance,
+    /// None: the bodies do not touch. A witness often just keeps its clearance.
+    Apart,
 }
 
-/// A pair, and how far it is from touching.
+/// A pair, and how far it is from being too near.
 #[derive(Debug, Clone, Copy)]
 struct PairRadius {
     pair: PairId,
-    /// Distance \[m\] beyond the clearance of the pair.
+    /// Distance \[m\] that the pair has to keep.
+    keeps: f64,
+    /// Distance \[m\] beyond that.
     apart: f64,
-    /// Distance \[metric units\] within which the pair is proved to keep its clearance.
+    /// Distance \[metric units\] within which the pair is proved to keep its distance.
     radius: f64,
 }
 
 /// Returns a distance from `q` \[metric units\], at most `ceiling`, within which every checked pair
-/// keeps its clearance. It is larger than [`free_radius`], since pairs far apart count as far as
-/// they are, and the nearest are bounded more closely.
+/// keeps its distance.
 ///
 /// # Guarantee
-/// As for [`free_radius`], or as `Closing::radius` proves it.
-pub fn proved(context: &Context, q: &[f64], ceiling: f64, evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
+/// Proved pair by pair: two bodies at distance `d` do not meet while no point of one moves by `d`
+/// as seen from the other. The motion bound is a convex function of the point, so over a shape it
+/// is largest at a corner of the box around it. The nearest pairs are bounded more closely, as
+/// `Closing::radius` proves it.
+pub fn free_radius(
+    context: &Context,
+    q: &[f64],
+    (keeps, ceiling): (Keeps, f64),
+    evaluator: &mut Evaluator,
+    path: &mut MotionPath,
+) -> f64 {
     let (checker, scene) = (context.checker, context.checker.scene());
+    let kept = |pair: usize| if keeps == Keeps::Clearance { checker.clearance_of(pair) } else { 0.0 };
     let ceiling = ceiling.min(context.scale);
     evaluator.checks += 1;
-    let most = (0..scene.pairs.len()).map(|pair| checker.clearance_of(pair)).fold(0.0, f64::max);
+    let most = (0..scene.pairs.len()).map(kept).fold(0.0, f64::max);
     let least = (checker.clearance(q, &mut evaluator.check) - most - ROUNDING_M).max(0.0);
     let poses = evaluator.check.poses().to_vec();
     let mut ways: BTreeMap<[usize; 2], Vec<PairId>> = BTreeMap::new();
@@ -87,21 +71,22 @@ pub fn proved(context: &Context, q: &[f64], ceiling: f64, evaluator: &mut Evalua
         ways.entry(carried(scene, pair)).or_default().push(PairId::new(pair));
     }
     // Distances of pairs are measured as far as matters for a radius, and that grows until it does.
-    let mut reach = ways.keys().fold(ceiling, |reach, way| keeps(context, &poses, *way, least, reach, path));
+    let mut reach = ways.keys().fold(ceiling, |reach, way| radius_of(context, &poses, *way, least, reach, path));
     let mut closing = Closing::default();
     loop {
         reach = (CEILING_FACTOR * reach).max(1e-9 * ceiling).min(ceiling);
         let mut near = Vec::new();
         for (way, pairs) in &ways {
             let moved = farthest(context, &poses, *way, reach, path);
-            for pair in pairs {
-                let cutoff = moved + checker.clearance_of(pair.index()) + ROUNDING_M;
-                let Some(distance) = signed_distance_below(checker, *pair, cutoff, &mut evaluator.check) else {
+            for &pair in pairs {
+                let keeps = kept(pair.index());
+                let cutoff = moved + keeps + ROUNDING_M;
+                let Some(distance) = signed_distance_below(checker, pair, cutoff, &mut evaluator.check) else {
                     continue;
                 };
-                let apart = distance - checker.clearance_of(pair.index());
-                let radius = keeps(context, &poses, *way, (apart - ROUNDING_M).max(0.0), reach, path);
-                near.push(PairRadius { pair: *pair, apart, radius });
+                let apart = distance - keeps;
+                let radius = radius_of(context, &poses, *way, (apart - ROUNDING_M).max(0.0), reach, path);
+                near.push(PairRadius { pair, keeps, apart, radius });
             }
         }
         let mut is_raised = vec![false; near.len()];
@@ -132,14 +117,14 @@ struct Closing {
 }
 
 impl Closing {
-    /// Returns a distance, at most `most`, within which a pair keeps its clearance; 0 if none is
+    /// Returns a distance, at most `most`, within which a pair keeps its distance; 0 if none is
     /// proved.
     ///
     /// # Guarantee
     /// Let `n` be a direction that rests in the frame that carries both bodies. At any
     /// configuration, `n . (a - b)` is affine in the points `a` and `b` of the two bodies, so over
-    /// boxes around their shapes it is least at corners. While it exceeds the clearance there, the
-    /// bodies keep it. [`least_reach`] proves how far each pair of corners keeps it.
+    /// boxes around their shapes it is least at corners. While it exceeds the distance to keep there,
+    /// the bodies keep it. [`least_reach`] proves how far each pair of corners keeps it.
     fn radius(
         &mut self,
         context: &Context,
@@ -148,7 +133,7 @@ impl Closing {
         most: f64,
         check: &mut CheckScratch,
     ) -> f64 {
-        let PairRadius { pair, apart, radius } = *pair;
+        let PairRadius { pair, keeps, apart, radius } = *pair;
         let scene = context.checker.scene();
         let bodies = [scene.pairs[pair.index()].first, scene.pairs[pair.index()].second];
         let frames = bodies.map(|body| scene.bodies[body].frame);
@@ -165,13 +150,14 @@ impl Closing {
             return 0.0;
         }
         self.contacts.clear();
-        let margin = (apart + context.clearance).max(context.clearance) + PLAY_M;
+        let distance = apart + keeps - context.checker.excess(pair.index());
+        let margin = distance.max(context.clearance) + PLAY_M;
         let query = ContactQuery { margin, search: ContactSearch::Exact };
         context.checker.contacts_of(q, pair, query, check, &mut self.contacts);
         let Some(n) = self.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).map(|c| c.normal) else {
             return 0.0;
         };
-        let keeps = context.checker.clearance_of(pair.index()) + ROUNDING_M;
+        let keeps = keeps + ROUNDING_M;
         // The curvature is bounded up to a ceiling, so a near one proves more.
         let mut best: f64 = 0.0;
         let mut ceiling = (CEILING_FACTOR * radius).min(most);
@@ -245,7 +231,7 @@ fn farthest(
 
 /// Returns the largest distance, at most `ceiling`, within which no point of a body moves by
 /// `needed` \[m\] as seen from a frame.
-fn keeps(
+fn radius_of(
     context: &Context,
     poses: &[Pose],
     [body, relative_to]: [usize; 2],

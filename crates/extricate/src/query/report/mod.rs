@@ -14,7 +14,7 @@ use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
 use crate::cspace::Config;
 use crate::metric::{Anchor, MetricScratch};
 use crate::scene::{MetricKind, PairId};
-use free_radius::free_radius;
+use free_radius::{Keeps, free_radius};
 
 /// Step of central differences \[rad or m\]: truncation and rounding errors are then both about
 /// 1e-10.
@@ -62,7 +62,8 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
         answer.unique = !known.exits.rival(space, &mut known.local, (answer.depth, &answer.witness));
     }
     if options.free_radius {
-        answer.free_radius = Some(free_radius(context, &answer.witness, evaluator, &mut memory.motion));
+        let sought = (Keeps::Apart, context.scale);
+        answer.free_radius = Some(free_radius(context, &answer.witness, sought, evaluator, &mut memory.motion));
     }
     if options.segment {
         answer.segment = Some(segment(context, &known.anchor.q, evaluator, answer));
