@@ -118,8 +118,8 @@ macro_rules! calls {
             /// segment: segment (2,), nan if the query is free;
             /// free_radius: free_radius, nan if the query is free;
             /// keep, touch: kept (links + pairs, 2), how far each kept link is off at the witness
-            ///     [m, rad], then how far each pair is beyond the clearance [m, 0]; nan if the query
-            ///     is free;
+            ///     [m, rad], then how far each pair is beyond the clearance [m, 0]; nan if the
+            ///     query is free;
             /// contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with
             ///     several exits also exit_touching, (exits, pairs). `query` returns points and
             ///     normals of contacts.

@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::applications::stream::StreamOptions;
 use crate::cspace::sampling::uniform;
 use crate::scene::assemble::assemble;
 use crate::scene::builtin;
@@ -298,7 +299,7 @@ fn pairs_that_have_to_touch_do() {
 fn a_continuous_stream_takes_no_pairs_that_touch() {
     let solver = Solver::new(builtin::scene("free-box").unwrap());
     let options = QueryOptions::default().touch(vec![PairId::new(0)]);
-    let continuous = crate::StreamOptions::default().continuous(true);
+    let continuous = StreamOptions::default().continuous(true);
     let Err(refused) = solver.options(options).unwrap().stream(continuous) else { panic!("touch is ignored") };
     assert!(refused.to_string().contains("touch"), "{refused}");
 }

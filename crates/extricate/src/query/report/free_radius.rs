@@ -123,8 +123,8 @@ impl Closing {
     /// # Guarantee
     /// Let `n` be a direction that rests in the frame that carries both bodies. At any
     /// configuration, `n . (a - b)` is affine in the points `a` and `b` of the two bodies, so over
-    /// boxes around their shapes it is least at corners. While it exceeds the distance to keep there,
-    /// the bodies keep it. [`least_reach`] proves how far each pair of corners keeps it.
+    /// boxes around their shapes it is least at corners. While it exceeds the distance to keep
+    /// there, the bodies keep it. [`least_reach`] proves how far each pair of corners keeps it.
     fn radius(
         &mut self,
         context: &Context,
