@@ -12,7 +12,8 @@ git config user.name >/dev/null || git config user.name extricate
 git config user.email >/dev/null || git config user.email extricate@example.org
 push=(--push)
 if [ -n "${EXTRICATE_DRY_RUN:-}" ]; then push=(); fi
-mike() { NO_MKDOCS_2_WARNING=1 target/docs-venv/bin/mike "$@"; }
+# mike calls the mkdocs that is first in PATH.
+mike() { NO_MKDOCS_2_WARNING=1 PATH="$PWD/target/docs-venv/bin:$PATH" target/docs-venv/bin/mike "$@"; }
 case $name in
     v[0-9]*)
         mike deploy "${push[@]}" --update-aliases "${name#v}" latest
