@@ -900,6 +900,7 @@ enum class PlanMethod : std::uint32_t {
 struct EscapeOptions {
     double aim = std::nan("");
     double tolerance = 1e-3;
+    std::string keep;
     std::vector<double> toward;
     std::size_t exits = 6;
     double resolution = 1e-4;
@@ -916,6 +917,7 @@ struct EscapeOptions {
 struct PlanOptions {
     double resolution = 1e-4;
     double tolerance = 1e-3;
+    std::string keep;
     double clearance = std::nan("");
     bool shortcut = true;
     std::uint64_t seed = 0;
@@ -930,6 +932,7 @@ struct PlanOptions {
 struct RepairOptions {
     double aim = std::nan("");
     double max_deviation = HUGE_VAL;
+    std::string keep;
     bool frames = false;
     double max_step = HUGE_VAL;
     double touch = std::nan("");
@@ -1265,6 +1268,7 @@ public:
         extricate_escape_options_init(&raw);
         raw.aim = options.aim;
         raw.tolerance = options.tolerance;
+        raw.keep = options.keep.empty() ? nullptr : options.keep.c_str();
         raw.toward = options.toward.data();
         raw.toward_count = options.toward.size();
         raw.exits = options.exits;
@@ -1299,6 +1303,7 @@ public:
         extricate_repair_options_init(&raw);
         raw.aim = options.aim;
         raw.max_deviation = options.max_deviation;
+        raw.keep = options.keep.empty() ? nullptr : options.keep.c_str();
         raw.frames = options.frames;
         raw.max_step = options.max_step;
         raw.touch = options.touch;
@@ -1324,6 +1329,7 @@ private:
         extricate_plan_options_init(&raw);
         raw.resolution = options.resolution;
         raw.tolerance = options.tolerance;
+        raw.keep = options.keep.empty() ? nullptr : options.keep.c_str();
         raw.clearance = options.clearance;
         raw.shortcut = options.shortcut;
         raw.seed = options.seed;

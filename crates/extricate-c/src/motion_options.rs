@@ -2,7 +2,9 @@
 
 #![allow(unsafe_code)]
 
-use extricate::{EscapeOptions, PlanOptions, QueryOptions, ReleaseOptions, RepairOptions, Scene};
+use std::ffi::c_char;
+
+use extricate::{EscapeOptions, KeptLink, PlanOptions, QueryOptions, ReleaseOptions, RepairOptions, Scene};
 
 use crate::abi::grasp_types::ExtricateReleaseOptions;
 use crate::abi::motion_types::{ExtricateEscapeOptions, ExtricatePlanOptions, ExtricateRepairOptions};
@@ -18,6 +20,7 @@ pub fn of_escapes() -> ExtricateEscapeOptions {
     ExtricateEscapeOptions {
         aim: own.aim.unwrap_or(f64::NAN),
         tolerance: own.tolerance,
+        keep: std::ptr::null(),
         toward: std::ptr::null(),
         toward_count: 0,
         exits: own.exits,
@@ -57,10 +60,25 @@ pub unsafe fn escape(at: *const ExtricateEscapeOptions, scene: &Scene) -> Result
         .seed(given.seed)
         .termination(termination);
     options.aim = (!given.aim.is_nan()).then_some(given.aim);
+    // SAFETY: the contract of this function.
+    options.keep = unsafe { kept_links(given.keep, scene) }?;
     if !goal.is_empty() {
         options.toward = Some(scene.config(goal).map_err(|error| Fault::from(error).of("options.toward"))?);
     }
     Ok(options)
+}
+
+/// Reads the links that a motion keeps; null stands for none.
+///
+/// # Safety
+/// The contract of [`crate::raw`].
+///
+/// # Errors
+/// If the text makes no sense, or names a link that `scene` does not have.
+pub unsafe fn kept_links(text: *const c_char, scene: &Scene) -> Result<Vec<KeptLink>> {
+    // SAFETY: the contract of this function.
+    let text = unsafe { raw::optional_text(text, "options.keep") }?;
+    text.map_or_else(|| Ok(Vec::new()), |text| KeptLink::from_text(scene, text).map_err(of_call))
 }
 
 /// Returns what `extricate_plan_options_init()` writes.
@@ -70,6 +88,7 @@ pub fn of_plans() -> ExtricatePlanOptions {
     ExtricatePlanOptions {
         resolution: own.resolution,
         tolerance: own.tolerance,
+        keep: std::ptr::null(),
         clearance: own.clearance.unwrap_or(f64::NAN),
         shortcut: own.shortcut.into(),
         seed: own.seed,
@@ -88,7 +107,7 @@ pub fn of_plans() -> ExtricatePlanOptions {
 ///
 /// # Errors
 /// If a limit or the number of threads makes no sense; the library checks the rest.
-pub unsafe fn plan(at: *const ExtricatePlanOptions) -> Result<PlanOptions> {
+pub unsafe fn plan(at: *const ExtricatePlanOptions, scene: &Scene) -> Result<PlanOptions> {
     if at.is_null() {
         return Ok(PlanOptions::default());
     }
@@ -107,6 +126,8 @@ pub unsafe fn plan(at: *const ExtricatePlanOptions) -> Result<PlanOptions> {
         )
         .termination(termination);
     options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
+    // SAFETY: the contract of this function.
+    options.keep = unsafe { kept_links(given.keep, scene) }?;
     Ok(options)
 }
 
@@ -117,6 +138,7 @@ pub fn of_repairs() -> ExtricateRepairOptions {
     ExtricateRepairOptions {
         aim: own.aim.unwrap_or(f64::NAN),
         max_deviation: own.max_deviation.unwrap_or(f64::INFINITY),
+        keep: std::ptr::null(),
         frames: own.frames.into(),
         max_step: own.max_step.unwrap_or(f64::INFINITY),
         touch: own.touch.unwrap_or(f64::NAN),
@@ -136,7 +158,7 @@ pub fn of_repairs() -> ExtricateRepairOptions {
 ///
 /// # Errors
 /// If a limit makes no sense; the library checks the rest.
-pub unsafe fn repair(at: *const ExtricateRepairOptions) -> Result<RepairOptions> {
+pub unsafe fn repair(at: *const ExtricateRepairOptions, scene: &Scene) -> Result<RepairOptions> {
     if at.is_null() {
         return Ok(RepairOptions::default());
     }
@@ -154,6 +176,8 @@ pub unsafe fn repair(at: *const ExtricateRepairOptions) -> Result<RepairOptions>
     options.max_deviation = (given.max_deviation != f64::INFINITY).then_some(given.max_deviation);
     options.max_step = (given.max_step != f64::INFINITY).then_some(given.max_step);
     options.touch = (!given.touch.is_nan()).then_some(given.touch);
+    // SAFETY: the contract of this function.
+    options.keep = unsafe { kept_links(given.keep, scene) }?;
     Ok(options)
 }
 
@@ -230,10 +254,10 @@ mod tests {
         unsafe {
             assert_eq!(escape(&escapes, &scene).unwrap(), EscapeOptions::default());
             assert_eq!(escape(std::ptr::null(), &scene).unwrap(), EscapeOptions::default());
-            assert_eq!(plan(&plans).unwrap(), PlanOptions::default());
-            assert_eq!(plan(std::ptr::null()).unwrap(), PlanOptions::default());
-            assert_eq!(repair(&repairs).unwrap(), RepairOptions::default());
-            assert_eq!(repair(std::ptr::null()).unwrap(), RepairOptions::default());
+            assert_eq!(plan(&plans, &scene).unwrap(), PlanOptions::default());
+            assert_eq!(plan(std::ptr::null(), &scene).unwrap(), PlanOptions::default());
+            assert_eq!(repair(&repairs, &scene).unwrap(), RepairOptions::default());
+            assert_eq!(repair(std::ptr::null(), &scene).unwrap(), RepairOptions::default());
             assert_eq!(release(&of_releases(), &scene).unwrap(), ReleaseOptions::default());
             assert_eq!(release(std::ptr::null(), &scene).unwrap(), ReleaseOptions::default());
         }
@@ -250,8 +274,8 @@ mod tests {
         let messages = unsafe {
             [
                 escape(&escapes, &scene).unwrap_err().message,
-                plan(&plans).unwrap_err().message,
-                repair(&repairs).unwrap_err().message,
+                plan(&plans, &scene).unwrap_err().message,
+                repair(&repairs, &scene).unwrap_err().message,
             ]
         };
         assert!(messages[0].starts_with("options.toward: configuration: `joint_1`"), "{messages:?}");

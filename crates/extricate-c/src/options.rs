@@ -4,11 +4,12 @@
 
 use std::ffi::c_void;
 
-use extricate::{Error, KeptLink, PairId, QueryOptions, Scene, Solver, Stop, Termination, Toward};
+use extricate::{Error, PairId, QueryOptions, Scene, Solver, Stop, Termination, Toward};
 
 use crate::abi::handles::ExtricateSolver;
 use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions, ExtricateWeight};
 use crate::enum_constants::{EFFORTS, choice};
+use crate::motion_options::kept_links;
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
 
@@ -93,7 +94,7 @@ impl Wanted {
         // SAFETY: the same.
         let free = unsafe { raw::texts(given.free, given.free_count, "options.free") }?;
         // SAFETY: the same.
-        let keep = unsafe { raw::optional_text(given.keep, "options.keep") }?;
+        let keep = unsafe { kept_links(given.keep, scene) }?;
         // SAFETY: the same.
         let touch = unsafe { raw::texts(given.touch, given.touch_count, "options.touch") }?;
         // SAFETY: the same.
@@ -116,6 +117,7 @@ impl Wanted {
             .effort(effort)
             .exits(given.exits)
             .locked(held_joints(scene, locked, free)?)
+            .keep(keep)
             .touch(touching_pairs(scene, &touch)?)
             .free_radius(given.free_radius != 0)
             .segment(given.segment != 0)
@@ -124,9 +126,6 @@ impl Wanted {
         options.starts = (given.starts > 0).then_some(given.starts);
         options.gap = (!given.gap.is_nan()).then_some(given.gap);
         options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
-        if let Some(keep) = keep {
-            options.keep = KeptLink::from_text(scene, keep).map_err(of_call)?;
-        }
         if !goal.is_empty() {
             options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }

@@ -130,7 +130,7 @@ pub unsafe extern "C" fn extricate_plan(
     guarded(|| {
         let (solver, plan) = (&solver?.solver, plan?);
         // SAFETY: the same.
-        let options = unsafe { motion_options::plan(options) }?;
+        let options = unsafe { motion_options::plan(options, solver.scene()) }?;
         let end = |name: &str, values: &[f64]| -> Result<_> {
             solver.scene().config(values).map_err(|error| Fault::from(error).of(name))
         };
@@ -220,7 +220,7 @@ pub unsafe extern "C" fn extricate_repair(
     guarded(|| {
         let (solver, path, repaired) = (&solver?.solver, path?, repaired?);
         // SAFETY: the same.
-        let options = unsafe { motion_options::repair(options) }?;
+        let options = unsafe { motion_options::repair(options, solver.scene()) }?;
         let own = solver.scene().space().nq();
         if nq != own && count > 0 {
             return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));

@@ -1,6 +1,6 @@
 //! The constants and plain structures of motions: escapes, plans and repairs.
 
-use std::ffi::c_void;
+use std::ffi::{c_char, c_void};
 
 use super::types::ExtricatePair;
 
@@ -36,6 +36,9 @@ pub struct ExtricateEscapeOptions {
     /// Depth by which a pair that collides at the query may get deeper on the path: 0 to 1e9 \[m\];
     /// 1e-3 by default.
     pub tolerance: f64,
+    /// Links that keep their places at the query, or at given poses, all along the path, as in
+    /// ExtricateOptions; null by default, for none.
+    pub keep: *const c_char,
     /// Goal of a later motion, a configuration: of exits that are about as near, the one nearest to
     /// it is preferred; null by default, for none.
     pub toward: *const f64,
@@ -70,6 +73,9 @@ pub struct ExtricatePlanOptions {
     /// Depth by which a pair that collides at an end may get deeper on the path: 0 to 1e9 \[m\];
     /// 1e-3 by default.
     pub tolerance: f64,
+    /// Links that keep their places at the start, or at given poses, all along the path, as in
+    /// ExtricateOptions; null by default, for none.
+    pub keep: *const c_char,
     /// Clearance to which the points of the free part are pushed off: 0 to 1e9 \[m\]; nan by
     /// default, which leaves the path short.
     pub clearance: f64,
@@ -100,6 +106,10 @@ pub struct ExtricateRepairOptions {
     /// Largest accepted deviation from the path, in the scene's metric: 0 to 1e9; infinity by
     /// default, for no limit.
     pub max_deviation: f64,
+    /// Links that keep their places at the first row, or at given poses, all along the path, as in
+    /// ExtricateOptions; null by default, for none. With `frames`, each row keeps them where it has
+    /// them.
+    pub keep: *const c_char,
     /// Whether the rows are frames of a motion, so that the result has one point for each, at the
     /// same time: 0 or 1; 0 by default.
     pub frames: u32,

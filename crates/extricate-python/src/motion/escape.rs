@@ -8,18 +8,28 @@ use pyo3::types::PyType;
 use super::{PYTHON_MODULE, config, rows};
 use crate::error::{Whole, count, exception};
 use crate::long_call;
-use crate::queries::options::termination;
+use crate::queries::options::{kept_links, termination};
 use crate::solver::handle::Handle;
 
 static ESCAPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `escape`, in the order of its signature.
-pub type Keywords<'py> =
-    (Option<f64>, f64, Option<Bound<'py, PyAny>>, Whole, f64, Whole, u64, Option<Whole>, Option<f64>);
+pub type Keywords<'py> = (
+    Option<f64>,
+    f64,
+    Option<Bound<'py, PyAny>>,
+    Option<Bound<'py, PyAny>>,
+    Whole,
+    f64,
+    Whole,
+    u64,
+    Option<Whole>,
+    Option<f64>,
+);
 
 pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords<'py>) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (q.py(), handle.scene());
-    let (aim, tolerance, toward, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
+    let (aim, tolerance, keep, toward, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
     let q = config("q", q, scene)?;
     let watch = long_call::Watch::new();
     let mut options = EscapeOptions::default()
@@ -30,6 +40,7 @@ pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords<'p
         .seed(seed)
         .termination(termination(max_checks, max_seconds)?.stop(watch.stop()));
     options.aim = aim;
+    options.keep = keep.map_or_else(|| Ok(Vec::new()), |keep| kept_links(keep, scene))?;
     options.toward = toward.map(|goal| config("toward", &goal, scene)).transpose()?;
     let solver = handle.ready(py)?;
     let found = py.detach(|| watch.over(|| solver.escape(&q, &options)))?.map_err(exception)?;

@@ -10,14 +10,24 @@ use super::roadmap::Roadmap;
 use super::{PYTHON_MODULE, config, escape, rows};
 use crate::error::{Whole, exception, threads as thread_count};
 use crate::long_call;
-use crate::queries::options::termination;
+use crate::queries::options::{kept_links, termination};
 use crate::solver::handle::Handle;
 
 static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `plan`, in the order of its signature.
-pub type Keywords<'py> =
-    (Option<Bound<'py, Roadmap>>, f64, f64, Option<f64>, bool, u64, i64, Option<Whole>, Option<f64>);
+pub type Keywords<'py> = (
+    Option<Bound<'py, Roadmap>>,
+    f64,
+    f64,
+    Option<Bound<'py, PyAny>>,
+    Option<f64>,
+    bool,
+    u64,
+    i64,
+    Option<Whole>,
+    Option<f64>,
+);
 
 pub fn plan<'py>(
     handle: &Handle,
@@ -25,7 +35,7 @@ pub fn plan<'py>(
     keywords: Keywords<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (from.py(), handle.scene());
-    let (roadmap, resolution, tolerance, clearance, shortcut, seed, threads, max_checks, max_seconds) = keywords;
+    let (roadmap, resolution, tolerance, keep, clearance, shortcut, seed, threads, max_checks, max_seconds) = keywords;
     let (from, to) = (config("start", from, scene)?, config("goal", to, scene)?);
     let mut options = PlanOptions::default()
         .resolution(resolution)
@@ -35,6 +45,7 @@ pub fn plan<'py>(
         .threads(thread_count(threads)?)
         .termination(termination(max_checks, max_seconds)?);
     options.clearance = clearance;
+    options.keep = keep.map_or_else(|| Ok(Vec::new()), |keep| kept_links(keep, scene))?;
     let solver = handle.ready(py)?;
     let busy = || PyValueError::new_err("roadmap: got one that another thread is using, expected one for each");
     let kept = roadmap.as_ref().map(|roadmap| roadmap.get());

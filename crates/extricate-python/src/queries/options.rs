@@ -279,12 +279,8 @@ impl<'py> Given<'py> {
         pairs.iter().map(named).collect()
     }
 
-    /// Reads the kept links: a name or a mapping, or a sequence of these.
     fn keep(&self, scene: &Scene) -> PyResult<Vec<KeptLink>> {
-        let Some(value) = self.value("keep")? else { return Ok(Vec::new()) };
-        let is_one = value.is_instance_of::<PyString>() || value.cast::<PyMapping>().is_ok();
-        let entries: Vec<Bound<'_, PyAny>> = if is_one { vec![value] } else { extracted("keep", &value)? };
-        entries.iter().map(|entry| kept_link(entry, scene)).collect()
+        self.value("keep")?.map_or_else(|| Ok(Vec::new()), |value| kept_links(value, scene))
     }
 
     fn toward(&self, scene: &Scene) -> PyResult<Option<Toward>> {
@@ -349,6 +345,17 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
         }
     };
     weights.items()?.iter().map(read).collect()
+}
+
+/// Reads kept links: a name or a mapping, or a sequence of these.
+///
+/// # Errors
+/// `TypeError` for values of other types; `ValueError` for what is not in the scene or makes no
+/// sense.
+pub fn kept_links(value: Bound<'_, PyAny>, scene: &Scene) -> PyResult<Vec<KeptLink>> {
+    let is_one = value.is_instance_of::<PyString>() || value.cast::<PyMapping>().is_ok();
+    let entries: Vec<Bound<'_, PyAny>> = if is_one { vec![value] } else { extracted("keep", &value)? };
+    entries.iter().map(|entry| kept_link(entry, scene)).collect()
 }
 
 /// Reads a kept link: its name or a mapping, whose pose may have any form that `Box` takes.

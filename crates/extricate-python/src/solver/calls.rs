@@ -244,6 +244,8 @@ macro_rules! calls {
             /// aim: clearance that the end is to keep [m]; None is the scene's plus 1 mm. The
             ///     search prefers a near end that keeps less, at least the scene's, to a far one.
             /// tolerance: by how much a pair that collides at q may get deeper [m].
+            /// keep: links that keep their places at q, or given poses, all along the path; as in
+            ///     `query`.
             /// toward: a configuration, (nq,). Of exits that are about as near, the search prefers
             ///     the one nearest to it.
             /// exits: number of exits to try straight edges to.
@@ -258,12 +260,13 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape, values beyond limits, options that make no
             /// sense.
-            #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, toward = None, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, toward=None, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
+            #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, keep = None, toward = None, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, keep=None, toward=None, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
             fn escape<'py>(
                 &self,
                 q: &Bound<'py, PyAny>,
                 aim: Option<f64>,
                 tolerance: f64,
+                keep: Option<Bound<'py, PyAny>>,
                 toward: Option<Bound<'py, PyAny>>,
                 exits: Whole,
                 resolution: f64,
@@ -272,7 +275,7 @@ macro_rules! calls {
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (aim, tolerance, toward, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
+                let keywords = (aim, tolerance, keep, toward, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
                 escape::escape(self.handle(), q, keywords)
             }
 
@@ -284,6 +287,8 @@ macro_rules! calls {
             /// resolution: how finely edges are proved [m].
             /// tolerance: depth [m] by which a pair that collides at an end may get deeper on the
             ///     path.
+            /// keep: links that keep their places at the start, or given poses, all along the path;
+            ///     as in `query`. Such plans neither use nor extend the roadmap.
             /// clearance: clearance [m] that the points of the free path are pushed off to, or as
             ///     much of it as they can keep nearby. None leaves the path short.
             /// shortcut: whether to shorten the path.
@@ -295,7 +300,7 @@ macro_rules! calls {
             ///
             /// Raises ValueError for a wrong shape, ends beyond their limits, options that make no
             /// sense.
-            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, clearance = None, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, clearance=None, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
+            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, keep = None, clearance = None, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, keep=None, clearance=None, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
             fn plan<'py>(
                 &self,
                 start: &Bound<'py, PyAny>,
@@ -303,6 +308,7 @@ macro_rules! calls {
                 roadmap: Option<Bound<'py, Roadmap>>,
                 resolution: f64,
                 tolerance: f64,
+                keep: Option<Bound<'py, PyAny>>,
                 clearance: Option<f64>,
                 shortcut: bool,
                 seed: Seed,
@@ -310,7 +316,7 @@ macro_rules! calls {
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (roadmap, resolution, tolerance, clearance, shortcut, seed.0, threads, max_checks, max_seconds);
+                let keywords = (roadmap, resolution, tolerance, keep, clearance, shortcut, seed.0, threads, max_checks, max_seconds);
                 plan::plan(self.handle(), (start, goal), keywords)
             }
 
@@ -323,6 +329,8 @@ macro_rules! calls {
             ///     body.
             /// max_deviation: largest distance, in the scene's metric, of the new path from the old
             ///     one, and from the new one of rows that it cuts off; None for no limit.
+            /// keep: links that keep their places at the first row, or given poses, all along the
+            ///     path; as in `query`. With frames, each row keeps them where it has them.
             /// frames: whether the rows are frames of a motion. The result then has one row for
             ///     each, at the same time, 0.5 mm off what it touches unless `aim` says otherwise.
             /// max_step: with frames, the longest step from row to row, in the scene's metric. The
@@ -338,12 +346,13 @@ macro_rules! calls {
             /// Returns a `Repaired`; its `points` are None if no path was found.
             ///
             /// Raises ValueError for a wrong shape, rows beyond limits, options that make no sense.
-            #[pyo3(signature = (path, *, aim = None, max_deviation = None, frames = false, max_step = None, touch = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, frames=False, max_step=None, touch=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
+            #[pyo3(signature = (path, *, aim = None, max_deviation = None, keep = None, frames = false, max_step = None, touch = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, keep=None, frames=False, max_step=None, touch=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
             fn repair<'py>(
                 &self,
                 path: &Bound<'py, PyAny>,
                 aim: Option<f64>,
                 max_deviation: Option<f64>,
+                keep: Option<Bound<'py, PyAny>>,
                 frames: bool,
                 max_step: Option<f64>,
                 touch: Option<f64>,
@@ -352,7 +361,7 @@ macro_rules! calls {
                 max_checks: Option<Whole>,
                 max_seconds: Option<f64>,
             ) -> PyResult<Bound<'py, PyAny>> {
-                let keywords = (aim, max_deviation, frames, max_step, touch, resolution, seed.0, max_checks, max_seconds);
+                let keywords = (aim, max_deviation, keep, frames, max_step, touch, resolution, seed.0, max_checks, max_seconds);
                 repair::repair(self.handle(), path, keywords)
             }
 

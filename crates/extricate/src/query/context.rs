@@ -68,6 +68,14 @@ impl<'a> Context<'a> {
         Self { checker, metric, balls, stored, clearance, scale, locked: &[], kept: &[], touching }
     }
 
+    /// Makes links keep their places. Stored samples do not keep them.
+    pub fn keeping<'b>(self, kept: &'b [LinkConstraint]) -> Context<'b>
+    where
+        'a: 'b,
+    {
+        if kept.is_empty() { self } else { Context { kept, ..self }.elsewhere() }
+    }
+
     /// Marks samples as possibly colliding, with contact planes that do not hold.
     pub fn elsewhere(self) -> Self {
         let stored = self.stored.map(|stored| Stored { holding: Some(&[]), ..stored });

@@ -8,7 +8,7 @@ use clap::Args;
 use extricate::{Escape, EscapeMethod, EscapeOptions, Scene};
 use serde::Serialize;
 
-use super::config;
+use super::{config, kept_links};
 use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
 use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
@@ -43,6 +43,9 @@ pub struct EscapeArgs {
     /// Depth in metres by which a pair that collides at the query may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
+    /// Links that keep their places all along the path: a name or JSON, as for `query --keep`
+    #[arg(long, value_name = "LINK")]
+    keep: Option<String>,
     /// Prefer the exit nearest to this configuration, among exits about as near as the nearest one
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     toward: Option<String>,
@@ -130,6 +133,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     (options.aim, options.tree_checks) = (args.aim, args.tree_checks);
     options.termination = args::termination(args.max_checks, args.max_seconds);
     let scene = solver.scene();
+    options.keep = kept_links(args.keep.as_deref(), scene)?;
     options.toward = args.toward.as_ref().map(|words| config("--toward", words, scene)).transpose()?;
     let told = OnceCell::new();
     let no_path = || told.get_or_init(|| with_advice("no path was found", &solver)).as_str();

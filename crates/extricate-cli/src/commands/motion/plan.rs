@@ -9,7 +9,7 @@ use extricate::files::{OutputLock, check_not_read, check_roadmap_output, load_ro
 use extricate::{Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop};
 use serde::Serialize;
 
-use super::{config, escape};
+use super::{config, escape, kept_links};
 use crate::args::{self, LoadArgs, length, seconds, seed, threads, whole};
 use crate::commands::load_solver;
 use crate::interrupt::{StopOnInterrupt, uninterrupted};
@@ -51,6 +51,9 @@ pub struct PlanArgs {
     /// Depth in metres by which a pair that collides at an end may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
+    /// Links that keep their places at the start, all along the path: a name or JSON, as for `query --keep`
+    #[arg(long, value_name = "LINK")]
+    keep: Option<String>,
     /// Clearance in metres to which points of the free path are pushed off, or as much of it as
     /// they can keep nearby; without it the path is left short
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
@@ -124,6 +127,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
         .threads(args.threads)
         .termination(args::termination(Some(args.max_checks), args.max_seconds).stop(stop.clone()));
     options.clearance = args.clearance;
+    options.keep = kept_links(args.keep.as_deref(), scene)?;
     let plan = busy("planning", || solver.plan_with(&from, &to, &options, &mut roadmap))?;
     let was_stopped = stop.is_asked();
     // Print the path first, so that it is not lost if the roadmap cannot be written.

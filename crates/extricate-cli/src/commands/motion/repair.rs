@@ -7,6 +7,7 @@ use clap::Args;
 use extricate::{RepairOptions, Repaired, Rows, Scene};
 use serde::Serialize;
 
+use super::kept_links;
 use crate::args::{self, LoadArgs, length, seconds, seed, whole};
 use crate::commands::load_solver;
 use crate::input::Configs;
@@ -44,6 +45,10 @@ pub struct RepairArgs {
     /// the new one cuts off, in the scene's metric
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
+    /// Links that keep their places at the first line, all along the path: a name or JSON, as for
+    /// `query --keep`. With --frames, each line keeps them where it has them
+    #[arg(long, value_name = "LINK")]
+    keep: Option<String>,
     /// Take the lines as frames of a motion: print one configuration for each, at the same time,
     /// 0.5 mm off what it touches unless --aim says otherwise
     #[arg(long)]
@@ -87,6 +92,7 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     let mut options = RepairOptions::default().seed(args.seed);
     (options.aim, options.max_deviation) = (args.aim, args.max_deviation);
     (options.frames, options.max_step, options.touch) = (args.frames, args.max_step, args.touch);
+    options.keep = kept_links(args.keep.as_deref(), scene)?;
     options.termination = args::termination(Some(args.max_checks), args.max_seconds);
     let rows = Rows::new(&points, scene.space().nq())?;
     let repaired = busy("repairing", || solver.repair(rows, &options))?;

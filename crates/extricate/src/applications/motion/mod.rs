@@ -1,6 +1,6 @@
 //! Motions: paths whose every edge is proved, from queries and the exact checker.
 //!
-//! Read in this order: `prover` (proofs, counted and limited), `nodes` (configurations and a search
+//! Read in this order: `prover` (proofs, counted and limited), `held` (edges that keep links), `nodes` (configurations and a search
 //! for the nearest), `rrt_connect`, `shortcut`, `path`; then the applications: `escape`, `roadmap`
 //! with `plan`, and `repair`.
 //!
@@ -10,6 +10,7 @@
 //! of a proof. Paths are not smoothed and have no times.
 
 pub mod escape;
+mod held;
 mod nodes;
 pub mod path;
 pub mod plan;
@@ -21,7 +22,7 @@ pub(super) mod rrt_connect;
 pub(super) mod shortcut;
 mod slide;
 #[cfg(test)]
-mod testing;
+pub mod testing;
 
 pub use escape::{Escape, EscapeMethod, EscapeOptions};
 pub use plan::{Plan, PlanMethod, PlanOptions};

@@ -1,13 +1,15 @@
 //! Labels configurations and proves edges in one set, and counts checks until a budget is spent.
 
+use super::held::Held;
 use crate::collision::{
     CheckScratch, Checker, Contact, ContactQuery, SegmentBudget, SegmentOptions, SegmentOutcome, prove,
 };
 use crate::cspace::Label;
+use crate::query::keep::LinkConstraint;
 use crate::query::{Deadline, Termination};
 
 /// Evaluates a set of configurations: the free ones, or those that a checker with other clearances
-/// of its pairs ([`Checker::with_floors`]) calls free.
+/// of its pairs ([`Checker::with_floors`]) calls free. Links may have to be kept besides.
 pub struct Prover<'a> {
     /// The checker that defines the set.
     pub checker: &'a Checker,
@@ -17,11 +19,17 @@ pub struct Prover<'a> {
     /// Number of configurations evaluated so far.
     pub checks: usize,
     limit: Deadline,
+    pub(super) held: Held,
 }
 
 impl<'a> Prover<'a> {
     pub fn new(checker: &'a Checker, resolution: f64, limit: Deadline) -> Self {
-        Self { checker, scratch: CheckScratch::default(), resolution, checks: 0, limit }
+        Self { checker, scratch: CheckScratch::default(), resolution, checks: 0, limit, held: Held::default() }
+    }
+
+    /// Leaves only those configurations in the set that keep these links.
+    pub fn holding(self, kept: &[LinkConstraint]) -> Self {
+        Self { held: Held::new(kept), ..self }
     }
 
     pub fn is_spent(&self) -> bool {
@@ -49,12 +57,18 @@ impl<'a> Prover<'a> {
     /// Whether `q` is within its limits and in the set.
     pub fn holds(&mut self, q: &[f64]) -> bool {
         self.checks += 1;
-        self.checker.scene().space.is_within(q) && self.checker.label(q, &mut self.scratch) == Label::Free
+        let scene = self.checker.scene();
+        scene.space.is_within(q) && self.held.keeps(scene, q) && self.checker.label(q, &mut self.scratch) == Label::Free
     }
 
     /// Whether the whole edge from `a`, which has to be in the set, is proved to lie in it before
     /// the budget is spent.
     pub fn proves(&mut self, a: &[f64], b: &[f64]) -> bool {
+        self.held.keeps_edge(self.checker.scene(), a, b) && self.proves_free(a, b)
+    }
+
+    /// As [`Prover::proves`], but for kept links.
+    pub(super) fn proves_free(&mut self, a: &[f64], b: &[f64]) -> bool {
         let (limit, spent) = (&self.limit, self.checks);
         let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };
         let proved = prove(self.checker, (a, b), self.resolution, &budget, &mut self.scratch);
@@ -63,8 +77,11 @@ impl<'a> Prover<'a> {
     }
 
     /// Returns the fraction of the edge from `a` up to which it is proved to lie in the set before
-    /// the budget is spent; 1 for the whole edge.
+    /// the budget is spent; 1 for the whole edge. It is 0 if links are not kept all along the edge.
     pub fn proved_until(&mut self, a: &[f64], b: &[f64]) -> f64 {
+        if !self.held.keeps_edge(self.checker.scene(), a, b) {
+            return 0.0;
+        }
         let options = SegmentOptions { resolution: self.resolution };
         let (limit, spent) = (&self.limit, self.checks);
         let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };

@@ -19,6 +19,8 @@ const SLIDE_STEPS: usize = 40;
 const SLIDE_STEP_SHARE: f64 = 0.2;
 /// A node failed if the tree comes nearer by less than this share of a slide's longest step.
 const STUCK_SHARE: f64 = 0.2;
+/// The step of a straight edge ends if projecting it leaves less than this share of its gain.
+const MIN_GAIN_SHARE: f64 = 0.1;
 /// Nearest nodes among which the one that failed least for its distance grows.
 const CANDIDATES: usize = 16;
 /// Share of samples that keep some factors of the node nearest to them. Without such samples a
@@ -34,7 +36,8 @@ pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 /// J. J. Kuffner and S. M. LaValle, "RRT-Connect: an efficient approach to single-query path
 /// planning", ICRA 2000, doi:10.1109/ROBOT.2000.844730. Deviations: edges are proved instead of
 /// sampled, and may slide along contacts; either tree may have several roots; a node that failed is
-/// chosen less; half of the samples keep some factors of a node.
+/// chosen less; half of the samples keep some factors of a node. If links are kept, samples and
+/// steps are projected to where they are, as in CBiRRT (see `held`).
 pub struct RrtConnect<'a> {
     trees: [Tree<'a>; 2],
     /// Index of the tree that grows next.
@@ -79,6 +82,9 @@ impl<'a> RrtConnect<'a> {
                 sample(rng, &mut target);
                 if rng.random_bool(SUBSET_SHARE) {
                     self.trees[grows].keep_some(&prover.checker.scene().space, &mut target, rng);
+                }
+                if !prover.project(&mut target) {
+                    continue;
                 }
             }
             let grown = self.trees[grows].grow(prover, self.slider.as_mut(), &target, (self.range, 1), SLIDE_STEPS);
@@ -157,15 +163,27 @@ impl<'a> Tree<'a> {
         let begun = metric.distance(&from, target);
         let (mut distance, mut edges) = (begun, 0);
         while distance > 0.0 && edges < straight {
-            let mut to = target.to_vec();
+            let (space, mut to) = (&prover.checker.scene().space, target.to_vec());
             if distance > range {
-                prover.checker.scene().space.interpolate(&from, target, range / distance, &mut to);
+                let share = range / distance;
+                space.interpolate(&from, target, share, &mut to);
+                let whole = space.distance(&from, target);
+                if !prover.project(&mut to) || space.distance(&to, target) > (1.0 - MIN_GAIN_SHARE * share) * whole {
+                    break;
+                }
             }
-            if prover.is_spent() || !prover.proves(&from, &to) {
+            if prover.is_spent() {
                 break;
             }
-            last = self.push(&to, last);
-            distance = if distance > range { metric.distance(&to, target) } else { 0.0 };
+            let (way, is_there) = prover.advance(&from, &to);
+            way.iter().for_each(|q| last = self.push(q, last));
+            distance = match is_there && distance <= range {
+                true => 0.0,
+                false => metric.distance(self.nodes.config(last), target),
+            };
+            if !is_there {
+                break;
+            }
             (from, edges) = (to, edges + 1);
         }
         let mut is_there = distance <= 0.0;

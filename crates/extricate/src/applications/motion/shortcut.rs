@@ -26,15 +26,20 @@ const MIN_GAIN_SHARE: f64 = 2e-3;
 /// The shortcut and the partial shortcut of R. Geraerts and M. H. Overmars, "Creating high-quality
 /// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280.
 pub fn shortcut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) {
-    let attempts = MIN_ATTEMPTS.max(ATTEMPTS_PER_POINT * points.len());
+    // Edges that keep links have many points, and joining two of them takes many checks.
+    let per_point = if prover.held.is_empty() { ATTEMPTS_PER_POINT } else { 0 };
+    let attempts = MIN_ATTEMPTS.max(per_point * points.len());
     for _ in 0..attempts {
         if points.len() < 3 || prover.is_spent() {
             return;
         }
         let first = rng.random_range(0..points.len() - 2);
         let last = rng.random_range(first + 2..points.len());
-        if prover.proves(&points[first], &points[last]) {
-            points.drain(first + 1..last);
+        if let Some(way) = prover.join(&points[first], &points[last])
+            && (way.len() == 1
+                || length(metric, &points[first], &way) < length(metric, &points[first], &points[first + 1..=last]))
+        {
+            points.splice(first + 1..=last, way);
         }
     }
     let mut misses = 0;
@@ -60,6 +65,8 @@ fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &m
     let mut drawn = [rng.random::<f64>() * total, rng.random::<f64>() * total];
     drawn.sort_by(f64::total_cmp);
     let factor = rng.random_bool(0.5).then(|| rng.random_range(0..space.factors().len()));
+    // With one factor replaced, a configuration does not keep its links.
+    let factor = factor.filter(|_| prover.held.is_empty());
     let [(first, from), (last, to)] = drawn.map(|along| at_length(space, points, &lengths, along));
     if first == last {
         return false;
@@ -76,23 +83,38 @@ fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &m
         }
         between.splice(1..1, whole);
     }
-    let [before, after] = [&points[first], &points[last + 1]];
-    let length_of =
-        |points: &[Vec<f64>]| points.windows(2).map(|edge| metric.distance(&edge[0], &edge[1])).sum::<f64>();
-    let to_ends = metric.distance(before, &between[0]) + metric.distance(&between[between.len() - 1], after);
-    let old: f64 = lengths[first..=last].iter().sum();
-    if old - to_ends - length_of(&between) < MIN_GAIN_SHARE * total {
+    let most = lengths[first..=last].iter().sum::<f64>() - MIN_GAIN_SHARE * total;
+    let ends = [points[first].clone(), points[last + 1].clone()];
+    let is_short = |between: &[Vec<f64>]| length(metric, &ends[0], between.iter().chain(&ends[1..])) <= most;
+    if !is_short(&between) {
         return false;
     }
-    let is_proved = between.windows(2).all(|edge| prover.proves(&edge[0], &edge[1]))
-        // Parts of proved edges may be bisected at other places, so that they need proofs of their
-        // own.
-        && prover.proves(before, &between[0])
-        && prover.proves(&between[between.len() - 1], after);
+    let Some(way) = joined(prover, &between).filter(|way| way.len() == between.len() || is_short(way)) else {
+        return false;
+    };
+    // Parts of proved edges may be bisected at other places, so that they need proofs of their own.
+    let is_proved = prover.proves(&ends[0], &way[0]) && prover.proves(&way[way.len() - 1], &ends[1]);
     if is_proved {
-        points.splice(first + 1..=last, between);
+        points.splice(first + 1..=last, way);
     }
     is_proved
+}
+
+/// Returns configurations from the first to the last of some that lead from each to the next by
+/// proved edges.
+fn joined(prover: &mut Prover, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let mut way = vec![points[0].clone()];
+    for edge in points.windows(2) {
+        way.extend(prover.join(&edge[0], &edge[1])?);
+    }
+    Some(way)
+}
+
+/// Returns the length of a path from a configuration through others.
+fn length<'a>(metric: &Metric, from: &'a [f64], to: impl IntoIterator<Item = &'a Vec<f64>>) -> f64 {
+    let mut before = from;
+    let step = |next: &'a Vec<f64>| metric.distance(std::mem::replace(&mut before, next), next);
+    to.into_iter().map(step).sum()
 }
 
 /// Returns the edge that has the place `along` a path, and the configuration there.

@@ -1,7 +1,7 @@
 //! Queries that follow each other closely, as those of a simulation or a haptic device.
 
 use super::detour::Detour;
-use super::proxy::{DEFAULT_MARGIN_M, Proxy};
+use super::proxy::{DEFAULT_MARGIN_M, Proxy, is_free};
 use crate::cspace::{Config, Label};
 use crate::error::{Error, Result};
 use crate::interface::setters;
@@ -31,7 +31,9 @@ pub struct StreamOptions {
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind an obstacle while
     /// another exit is nearer ([`Answer::nearest`]), or while the query is free; if that lasts, it
-    /// goes back along a path that is proved free ([`Answer::detour`]). It aims at
+    /// goes back along a path that is proved free ([`Answer::detour`]). If links are kept
+    /// ([`QueryOptions::keep`]), it takes no detours. A frame in which it cannot keep them has no
+    /// answer, and the next one begins anew. It aims at
     /// [`QueryOptions::clearance`], by default 0.5 mm more than the scene's, and `hysteresis` has
     /// no effect.
     pub continuous: bool,
@@ -192,7 +194,7 @@ impl Follower {
             answer.nearest = Some(answer.depth);
             context.metric.anchor(q, &mut scratch.known.anchor);
             // In this frame's scene something may have moved onto the proxy.
-            if proxy.config.is_empty() || scratch.label(context, &proxy.config) != Label::Free {
+            if proxy.config.is_empty() || !is_free(context, &proxy.config, &mut scratch.evaluator) {
                 proxy.config = kept_nearby(context, aim, &answer.witness, scratch);
                 detour.restart();
             }
@@ -215,7 +217,9 @@ impl Follower {
             }
             answer.witness.set(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
-            if detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0)) && !evaluator.is_spent() {
+            let is_held = !context.kept.is_empty();
+            if !is_held && detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0)) && !evaluator.is_spent()
+            {
                 let goal = kept_nearby(context, aim, &exit, scratch);
                 let resolution = 0.5 * (aim - context.clearance);
                 detour.search(context, [&proxy.config, &goal], resolution, &mut scratch.evaluator);
@@ -235,6 +239,11 @@ impl Follower {
             }
             answer.clearance = kept(context, aim, &answer.witness, &mut scratch.evaluator);
             answer.checks = scratch.checks();
+            // A proxy that has lost the links is no answer; the next frame begins anew.
+            if is_held && !answer.verified {
+                proxy.config.clear();
+                return None;
+            }
             Some(answer)
         })
     }

@@ -21,11 +21,6 @@ impl Solver {
     /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
     pub fn stream(&self, options: StreamOptions) -> Result<Stream> {
         options.check()?;
-        if options.continuous && !self.query_options().keep.is_empty() {
-            let (value, expected) =
-                ("kept links".into(), "none in a continuous stream, whose proxy moves straight".into());
-            return Err(Error::Option { name: "keep", value, expected });
-        }
         if options.continuous && !self.query_options().touch.is_empty() {
             let (value, expected) =
                 ("pairs that touch".into(), "none in a continuous stream, whose proxy moves straight".into());

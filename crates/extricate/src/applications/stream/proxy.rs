@@ -65,7 +65,10 @@ impl Proxy {
             clearance = context.clearance + (aim - context.clearance) * 0.5_f64.powi(halvings);
             let checker = context.checker.with_clearance(clearance);
             self.is_tight = false;
-            self.go_toward(context, &Context { checker: &checker, clearance, ..*context }, anchor, evaluator);
+            let aimed = Context { checker: &checker, clearance, ..*context };
+            self.settle(context, &aimed, evaluator);
+            self.go_toward(context, &aimed, anchor, evaluator);
+            self.settle(context, &aimed, evaluator);
             if !self.is_tight || self.config != before {
                 break;
             }
@@ -100,8 +103,21 @@ impl Proxy {
         if context.metric.distance(before, &self.config) > most {
             let part = toward(context, before, &self.config, most);
             // Interpolation rounds, and the rounded configuration is not proved.
-            let is_free = evaluator.label(context, &part) == Label::Free;
+            let is_free = is_free(context, &part, evaluator);
             self.config.copy_from_slice(if is_free { &part } else { before });
+        }
+    }
+
+    /// Moves straight to where the links are kept, as far as that is proved free.
+    fn settle(&mut self, context: &Context, aimed: &Context, evaluator: &mut Evaluator) {
+        if context.kept.is_empty() {
+            return;
+        }
+        let start = self.config.clone();
+        self.target.clone_from(&start);
+        if evaluator.project(context, &mut self.target) && self.target != start {
+            let share = proved(context, aimed, (&start, &self.target), evaluator);
+            self.go(context, (&start, share), evaluator);
         }
     }
 
@@ -172,6 +188,9 @@ impl Proxy {
         let length = subproblem.clip_step();
         target.resize(config.len(), 0.0);
         aimed.checker.scene().space.integrate(config, &subproblem.step, target);
+        if !evaluator.project(aimed, target) {
+            return None;
+        }
         (length > TOLERANCE_SHARE * TOLERANCE_SHARE * distance).then_some(length)
     }
 
@@ -184,10 +203,20 @@ impl Proxy {
         let mut moved = vec![0.0; start.len()];
         context.checker.scene().space.interpolate(start, &self.target, share, &mut moved);
         // Interpolation rounds, and the rounded configuration is not proved.
-        if evaluator.label(context, &moved) == Label::Free {
+        if is_free(context, &moved, evaluator) {
             self.config.copy_from_slice(&moved);
         }
     }
+}
+
+/// Whether a configuration is free, whether or not links are kept there: the way of a proxy to where
+/// they are need not keep them.
+pub fn is_free(context: &Context, q: &[f64], evaluator: &mut Evaluator) -> bool {
+    if context.kept.is_empty() {
+        return evaluator.label(context, q) == Label::Free;
+    }
+    evaluator.checks += 1;
+    context.checker.scene().space.is_within(q) && context.checker.label(q, &mut evaluator.check) == Label::Free
 }
 
 /// Returns the last configuration on the segment that is at most `most` (metric units) from its
@@ -223,8 +252,10 @@ fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), eval
 mod tests {
     use super::super::{Follower, StreamOptions};
     use super::*;
+    use crate::applications::motion::testing::labelled;
     use crate::collision::CheckScratch;
     use crate::query::QueryOptions;
+    use crate::query::keep::{KeptLink, LinkConstraint, Projection};
     use crate::query::prepared::Prepared;
     use crate::scene::builtin;
     use rand::{RngExt, SeedableRng};
@@ -268,5 +299,41 @@ mod tests {
                 "{name}: {frames} frames, {reached} reached, {behind} behind"
             );
         }
+    }
+
+    /// The queries wander, and each holds the gripper where it has it. A frame has an answer if the
+    /// proxy could follow; between answers of successive frames it moved where all is proved free.
+    #[test]
+    fn a_proxy_keeps_links_or_has_no_answer() {
+        let world = Prepared::new(builtin::scene("shelf-arm").unwrap());
+        let (scene, checker) = (world.scene(), world.checker());
+        let keep = KeptLink::from_text(scene, r#"{"link": "gripper", "rotation": null}"#).unwrap();
+        let options = QueryOptions::default().keep(keep.clone());
+        let mut stream = Follower::new(StreamOptions { continuous: true, ..StreamOptions::default() }, options.clone());
+        let ends = labelled(checker, Label::Colliding, 6, 3);
+        let (mut answered, mut possible, mut q) = (0, 0, vec![0.0; scene.space.nq()]);
+        let (mut projection, mut check, mut query) = Default::default();
+        for (from, to) in ends.iter().zip(&ends[1..]) {
+            let mut before: Option<Vec<f64>> = None;
+            for frame in 0..100 {
+                scene.space.interpolate(from, to, f64::from(frame) / 1000.0, &mut q);
+                let config = scene.space.config(&q).unwrap();
+                let answer = stream.query(&world.context(), &config);
+                possible += usize::from(crate::query::query(&world.context(), &config, &options, &mut query).is_some());
+                answered += usize::from(answer.is_some());
+                let after = answer.map(|answer| {
+                    let kept = LinkConstraint::all(scene, &keep, &q);
+                    assert!(answer.verified && Projection::keeps(&mut projection, scene, &kept, &answer.witness));
+                    answer.witness.to_vec()
+                });
+                if let (Some(before), Some(after)) = (&before, &after) {
+                    let options = SegmentOptions { resolution: 2e-5 };
+                    let moved = checker.segment(before, after, &options, &mut check);
+                    assert!(!matches!(moved, SegmentOutcome::Contact { .. }), "{frame}: {moved:?}");
+                }
+                before = after;
+            }
+        }
+        eprintln!("{answered} answered, {possible} possible");
     }
 }

@@ -5,10 +5,12 @@
 //! ([`super::descent::subproblem`]), and each configuration that they reach is projected back
 //! (`project`). Lower bounds ignore it, which only loosens them.
 
+mod edge;
 mod project;
 mod read;
 mod rows;
 
+pub use edge::{EdgeScratch, keeps_edge};
 pub use project::Projection;
 pub use rows::{KeptRows, Span};
 
@@ -102,6 +104,14 @@ impl KeptLink {
         }
     }
 
+    /// Checks a link that a motion in `scene` keeps.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if a value makes no sense, or a link is not in the scene.
+    pub(crate) fn check_in(&self, scene: &Scene) -> Result<()> {
+        self.check().and_then(|()| self.check_links(scene))
+    }
+
     /// Checks that the links are in `scene`.
     ///
     /// # Errors
@@ -174,6 +184,36 @@ impl LinkConstraint {
             }
         };
         keep.iter().map(resolve).collect()
+    }
+
+    /// Resolves what a motion keeps: its links are where they are at the first of these
+    /// configurations, or at given poses.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if a kept link makes no sense; [`Error::Config`] if one is off at a
+    /// configuration, which is named.
+    pub fn kept_at(scene: &Scene, keep: &[KeptLink], ends: &[(&str, &[f64])]) -> Result<Vec<Self>> {
+        keep.iter().try_for_each(|link| link.check_in(scene))?;
+        let kept = Self::all(scene, keep, ends[0].1);
+        let mut poses = Vec::new();
+        for (name, q) in ends {
+            forward(scene, q, &mut poses);
+            if let Some(off) = kept.iter().position(|link| link.excess(&poses) > 1.0) {
+                let KeptError { position, rotation } = kept[off].error(&poses);
+                return Err(Error::Config {
+                    element: format!("{name}: kept link `{}`", scene.links[keep[off].link].name),
+                    value: format!("off by {position} m and {rotation} rad"),
+                    expected: "at its place, within the tolerances of `keep`".into(),
+                });
+            }
+        }
+        Ok(kept)
+    }
+
+    /// Returns the same constraint with this share of its tolerances.
+    pub fn narrowed(&self, share: f64) -> Self {
+        let narrow = |tolerance: Option<f64>| tolerance.map(|tolerance| share * tolerance);
+        Self { position: narrow(self.position), rotation: narrow(self.rotation), ..self.clone() }
     }
 
     fn offset(&self, poses: &[Pose]) -> Offset {

@@ -30,6 +30,7 @@ use super::prover::Prover;
 use crate::collision::CheckScratch;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
+use crate::query::keep::LinkConstraint;
 use crate::query::{Answer, Context, Deadline, QueryScratch};
 use crate::solver::Solver;
 use finish::finish;
@@ -40,7 +41,8 @@ use search::Search;
 impl Solver {
     /// Returns a path out of collision, from `q` to a free configuration. On the way no pair
     /// collides that does not at `q`, and none that does gets deeper by more than
-    /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on the path is free.
+    /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on the path is free. Links of
+    /// [`EscapeOptions::keep`] keep their places all along it.
     ///
     /// # Guarantee
     /// All of this is proved for every configuration of the path, not for samples. Depths are those
@@ -51,7 +53,8 @@ impl Solver {
     ///
     /// # Errors
     /// [`Error::Config`] if `q` lies beyond a limit, because a path cannot begin there: move it
-    /// onto its limits first. [`Error::Option`] for an option that makes no sense.
+    /// onto its limits first; or if a link that is to be kept is off there. [`Error::Option`] for an
+    /// option that makes no sense.
     pub fn escape(&self, q: &Config, options: &EscapeOptions) -> Result<Escape> {
         options.check()?;
         let space = &self.scene().space;
@@ -62,7 +65,8 @@ impl Solver {
                 expected: "a value within its limits: a path cannot begin beyond them".into(),
             });
         }
-        Ok(escape(&self.context(), q, options))
+        let kept = LinkConstraint::kept_at(self.scene(), &options.keep, &[("q", q)])?;
+        Ok(escape(&self.context().keeping(&kept), q, options))
     }
 }
 
@@ -73,7 +77,8 @@ pub(super) fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> 
     if relaxed.colliding.is_empty() {
         return options::is_free_already(q);
     }
-    let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
+    let prover =
+        Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination)).holding(context.kept);
     let mut search =
         Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default(), has_exit: false };
     search.prover.checks += 1;
@@ -104,7 +109,8 @@ pub(super) fn shortened_onward(
         if limit.is_reached(checks) {
             break;
         }
-        let mut prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&limit.left(checks)));
+        let left = Deadline::of(&limit.left(checks));
+        let mut prover = Prover::new(&relaxed.checker, options.resolution, left).holding(context.kept);
         if !prover.proves(q, &onward[at]) {
             checks += prover.checks;
             continue;

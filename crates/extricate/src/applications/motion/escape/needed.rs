@@ -20,8 +20,8 @@ impl Search<'_> {
             let tree_checks = TREE_CHECKS.min(self.options.tree_checks);
             let options = EscapeOptions { tolerance, tree_checks, termination, ..self.options.clone() };
             let relaxed = Relaxed::at(self.context.checker, self.q, tolerance, &mut CheckScratch::default());
-            let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
-            let (context, q) = (self.context, self.q);
+            let (context, q, limit) = (self.context, self.q, Deadline::of(&options.termination));
+            let prover = Prover::new(&relaxed.checker, options.resolution, limit).holding(context.kept);
             let mut search = Search {
                 context,
                 q,

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
 use crate::interface::{setters, words};
-use crate::query::Termination;
 use crate::query::options::MAX_EXITS;
+use crate::query::{KeptLink, Termination};
 use crate::scene::PairId;
 
 /// Margin \[m\] that the end of a path keeps beyond the scene's clearance if no aim is given. It is
@@ -23,6 +23,8 @@ pub struct EscapeOptions {
     pub aim: Option<f64>,
     /// Depth \[m\] by which a pair that collides at the query may get deeper on the path.
     pub tolerance: f64,
+    /// Links that keep their places at the query, or at given poses, all along the path.
+    pub keep: Vec<KeptLink>,
     /// Goal of a later motion: of exits that are about as near, the one nearest to it is preferred.
     pub toward: Option<Config>,
     /// Number of exits to which straight edges are tried, the nearest first.
@@ -42,6 +44,7 @@ setters! {
     EscapeOptions {
         aim: f64 = Some,
         tolerance: f64,
+        keep: Vec<KeptLink>,
         toward: Config = Some,
         exits: usize,
         resolution: f64,
@@ -57,6 +60,7 @@ impl Default for EscapeOptions {
         Self {
             aim: None,
             tolerance: 1e-3,
+            keep: Vec::new(),
             toward: None,
             exits: 6,
             resolution: 1e-4,

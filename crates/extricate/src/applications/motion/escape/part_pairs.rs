@@ -27,17 +27,17 @@ pub fn push(search: &mut Search, clearance: f64) -> PartedPairs {
     while share < 1.0 && step >= MIN_STEP_SHARE && !search.prover.is_spent() {
         let next = f64::min(1.0, share + step);
         let checker = search.relaxed.raised(search.context.checker, clearance, next);
-        let context = Context::new(&checker, search.context.metric, search.context.balls, None);
+        let Context { metric, balls, kept, .. } = *search.context;
+        let context = Context { kept, ..Context::new(&checker, metric, balls, None) };
         let options =
             QueryOptions { starts: Some(STARTS_PER_STEP), termination: search.left(), ..QueryOptions::default() };
-        let here = &points[points.len() - 1];
-        let Ok(from) = space.config(here) else { break };
+        let here = points[points.len() - 1].clone();
+        let Ok(from) = space.config(&here) else { break };
         let answer = nearest_exit(&context, &from, &options, &mut memory);
         search.prover.checks += memory.checks();
-        let there = answer.map(|answer| Vec::from(answer.witness));
-        match there.filter(|there| search.prover.proves(here, there)) {
-            Some(there) => {
-                points.push(there);
+        match answer.and_then(|answer| search.prover.join(&here, &answer.witness)) {
+            Some(way) => {
+                points.extend(way);
                 (share, step) = (next, 2.0 * step);
             }
             None => step *= 0.5,

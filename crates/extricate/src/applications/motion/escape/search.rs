@@ -58,20 +58,24 @@ impl Search<'_> {
         self.query.evaluator.begin(Deadline::of(&self.left()));
         let pushed = push_nearby(context, &anchor, &exit, (aim, false), &mut self.query);
         self.prover.checks += self.query.checks();
-        if let Some((_, end)) = pushed.filter(|(_, end)| *end != exit && self.prover.proves(&exit, end)) {
-            path.push(end);
-            let before = path.len() - 3;
-            if self.prover.proves(&path[before], &path[before + 2]) {
-                path.remove(before + 1);
+        let end = pushed.map(|(_, end)| end).filter(|end| *end != exit);
+        if let Some(way) = end.and_then(|end| self.prover.join(&exit, &end)) {
+            let bend = path.len() - 1;
+            path.extend(way);
+            if self.prover.proves(&path[bend - 1], &path[bend + 1]) {
+                path.remove(bend);
             }
         }
         path
     }
 
-    /// Returns the edge to the first exit to which it is proved.
+    /// Returns the edge to the first exit to which it is proved, or that bends to keep links.
     pub fn straight(&mut self, exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let found = exits.iter().find(|exit| !self.prover.is_spent() && self.prover.proves(self.q, exit))?;
-        Some(vec![self.q.to_vec(), found.clone()])
+        let mut way = vec![self.q.to_vec()];
+        let prover = &mut self.prover;
+        let join = |exit: &Vec<f64>| if prover.is_spent() { None } else { prover.join(self.q, exit) };
+        way.extend(exits.iter().find_map(join)?);
+        Some(way)
     }
 
     pub fn shorter(&mut self, mut points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {

@@ -6,6 +6,8 @@
 //!    checks, then by slides along contacts, which find into tight holes.
 //! 4. *Roadmap*: grow a roadmap ([`super::roadmap`]). Repeat steps 3 and 4 with twice the checks.
 //! 5. *Shorten* the free path, then the escapes together with it.
+//!
+//! If links are kept, only the straight trees grow, by edges that keep them (`super::held`).
 
 mod options;
 
@@ -24,6 +26,7 @@ use super::shortcut::shortcut;
 use crate::cspace::Config;
 use crate::cspace::sampling::uniform;
 use crate::error::{Error, Result};
+use crate::query::keep::LinkConstraint;
 use crate::query::{Context, Deadline};
 use crate::solver::Solver;
 
@@ -45,13 +48,14 @@ impl Solver {
     /// # Guarantee
     /// Every configuration of the path from [`Plan::free_from`] to [`Plan::free_to`] is proved
     /// free. The parts before and after are escapes: no pair gets deeper than it is at the end of
-    /// the path, by more than the tolerance. If no path is found, [`Plan::points`] is empty, which
+    /// the path, by more than the tolerance. Links of [`PlanOptions::keep`] keep their places all
+    /// along the path. If no path is found, [`Plan::points`] is empty, which
     /// proves nothing. The same solver, ends and options give the same path whatever the number of
     /// threads, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Config`] if an end lies beyond a limit, named `from` or `to`; [`Error::Option`] for
-    /// an option that makes no sense.
+    /// [`Error::Config`] if an end lies beyond a limit, or a link that is to be kept is off there;
+    /// the end is named `from` or `to`. [`Error::Option`] for an option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
         self.plan_in(&mut roadmap, false, [from, to], options)
@@ -59,7 +63,8 @@ impl Solver {
 
     /// As [`Solver::plan`], with a roadmap of earlier calls, which it extends: queries of one scene
     /// that share it become cheaper. A roadmap made for another scene with the same coordinates
-    /// helps if the two are alike; the guarantee is the same.
+    /// helps if the two are alike; the guarantee is the same. Plans that keep links neither use it
+    /// nor extend it.
     ///
     /// # Errors
     /// As [`Solver::plan`]; [`Error::Input`] if the roadmap has other coordinates.
@@ -72,7 +77,8 @@ impl Solver {
         let scene = self.scene();
         roadmap.check(&scene.space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
-        let prover = Prover::new(self.checker(), options.resolution, limit.clone());
+        let kept = LinkConstraint::kept_at(scene, &options.keep, &[("from", ends[0]), ("to", ends[1])])?;
+        let prover = Prover::new(self.checker(), options.resolution, limit.clone()).holding(&kept);
         for (name, end) in ["from", "to"].into_iter().zip(ends) {
             if let Some(at) = scene.space.outside(end).next() {
                 return Err(Error::Config {
@@ -83,7 +89,7 @@ impl Solver {
             }
         }
         let pool = options.pool()?;
-        let planner = Planner { context: &self.context(), ends, keeps, options, prover, limit };
+        let planner = Planner { context: &self.context().keeping(&kept), ends, keeps, options, prover, limit };
         Ok(pool.install(|| planner.plan(roadmap)))
     }
 }
@@ -92,9 +98,14 @@ impl Solver {
     /// Extends a roadmap, for plans to come, by spending about `checks` checks.
     ///
     /// # Errors
-    /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`].
+    /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`]; the first also for kept links,
+    /// which no roadmap keeps.
     pub fn grow_roadmap(&self, roadmap: &mut Roadmap, checks: usize, options: &PlanOptions) -> Result<()> {
         options.check()?;
+        if !options.keep.is_empty() {
+            let expected = "none: roadmaps do not keep links".into();
+            return Err(Error::Option { name: "keep", value: "kept links".into(), expected });
+        }
         roadmap.check(&self.scene().space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
         options.pool()?.install(|| {
@@ -194,8 +205,18 @@ impl Planner<'_> {
     }
 
     fn find(&mut self, roadmap: &mut Roadmap, [from, to]: [Vec<f64>; 2]) -> Option<(Vec<Vec<f64>>, PlanMethod)> {
-        if self.prover.proves(&from, &to) {
-            return Some((vec![from, to], PlanMethod::Straight));
+        if let Some(way) = self.prover.join(&from, &to) {
+            return Some((std::iter::once(from).chain(way).collect(), PlanMethod::Straight));
+        }
+        let (metric, space) = (self.context.metric, &self.context.checker.scene().space);
+        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let roots = [std::slice::from_ref(&from), std::slice::from_ref(&to)];
+        let trees = || RrtConnect::new(metric, roots, MAX_EDGE_SHARE * metric.diameter());
+        let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
+        // Slides leave the places of kept links, and so do the nodes of roadmaps.
+        if !self.context.kept.is_empty() {
+            let path = trees().grow(&mut self.prover, &mut sample, &mut rng)?;
+            return Some((path, PlanMethod::Trees));
         }
         let context = RoadmapContext::new(self.context, self.options.resolution);
         let mut grower = Grower::new(context, roadmap, &self.limit, self.left(0));
@@ -207,14 +228,9 @@ impl Planner<'_> {
                 return Some((path, PlanMethod::Roadmap));
             }
         }
-        let (metric, space) = (self.context.metric, &self.context.checker.scene().space);
-        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        let roots = [std::slice::from_ref(&from), std::slice::from_ref(&to)];
-        let trees = || RrtConnect::new(metric, roots, MAX_EDGE_SHARE * metric.diameter());
         // Nodes of slides lie densely along contacts, where straight edges lead nowhere, so that
         // each kind has trees of its own.
         let mut planners = [(trees(), 1), (trees().sliding(), SLIDING_CHECKS_FACTOR)];
-        let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
         let mut round = FIRST_ROUND_CHECKS;
         loop {
             for (trees, factor) in &mut planners {

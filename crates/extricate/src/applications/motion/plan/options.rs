@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::applications::motion::escape::Escape;
 use crate::error::{Error, Result};
 use crate::interface::{setters, words};
-use crate::query::Termination;
+use crate::query::{KeptLink, Termination};
 
 /// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +18,8 @@ pub struct PlanOptions {
     /// Depth \[m\] by which a pair that collides at an end may get deeper on the path, see
     /// [`crate::EscapeOptions::tolerance`].
     pub tolerance: f64,
+    /// Links that keep their places at the start, or at given poses, all along the path.
+    pub keep: Vec<KeptLink>,
     /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one
     /// of their own; or as much of it as they can keep nearby. `None` leaves the path short.
     pub clearance: Option<f64>,
@@ -35,6 +37,7 @@ setters! {
     PlanOptions {
         resolution: f64,
         tolerance: f64,
+        keep: Vec<KeptLink>,
         clearance: f64 = Some,
         shortcut: bool,
         seed: u64,
@@ -47,7 +50,16 @@ impl Default for PlanOptions {
     /// Proves edges to 0.1 mm, and ends after a million checks.
     fn default() -> Self {
         let termination = Termination::after_checks(1_000_000);
-        Self { resolution: 1e-4, tolerance: 1e-3, clearance: None, shortcut: true, seed: 0, threads: 0, termination }
+        Self {
+            resolution: 1e-4,
+            tolerance: 1e-3,
+            keep: Vec::new(),
+            clearance: None,
+            shortcut: true,
+            seed: 0,
+            threads: 0,
+            termination,
+        }
     }
 }
 

@@ -24,7 +24,8 @@ impl Repairer<'_> {
             (None, Some(most)) => Some(most.min(self.context.clearance + DEFAULT_MARGIN_M)),
             (aim, _) => aim,
         };
-        let query = QueryOptions { clearance: aim, ..QueryOptions::default() };
+        let keep = self.options.keep.clone();
+        let query = QueryOptions { clearance: aim, keep, ..QueryOptions::default() };
         let mut stream = Follower::new(StreamOptions { continuous: true, ..StreamOptions::default() }, query);
         if let Some(most) = self.options.max_step {
             stream.limit_moves(most);

@@ -32,16 +32,19 @@ pub use options::{RepairOptions, Repaired};
 use super::path;
 use crate::cspace::{Config, Rows};
 use crate::error::{Error, Result};
+use crate::query::keep::LinkConstraint;
 use crate::solver::Solver;
 use old_path::Point;
 use repairer::Repairer;
 
 impl Solver {
     /// Returns a path that is proved free, as near to the path of `points` (one or more rows) as is
-    /// found. Its free parts stay, except beside collisions. A colliding end is moved too.
+    /// found. Its free parts stay, except beside collisions. A colliding end is moved too. Links of
+    /// [`RepairOptions::keep`] keep their places; parts in which they do not are repaired too.
     ///
     /// # Guarantee
-    /// Every configuration of the result is proved free. If no such path is found,
+    /// Every configuration of the result is proved free. Links are proved to be kept at all of them,
+    /// and with [`RepairOptions::frames`] at those of the rows. If no such path is found,
     /// [`Repaired::points`] is empty; that proves nothing. The same solver, points and options give
     /// the same result, unless a limit in seconds ends it.
     ///
@@ -59,7 +62,11 @@ impl Solver {
         if old.is_empty() {
             return Err(Error::input("path", "rows", "got none, expected one or more"));
         }
-        Ok(Repairer::new(&self.context(), &old, options).repair())
+        options.keep.iter().try_for_each(|link| link.check_in(self.scene()))?;
+        // Frames keep links where each row has them, by the options of their queries.
+        let keep = if options.frames { &[][..] } else { &options.keep };
+        let kept = LinkConstraint::all(self.scene(), keep, &old[0]);
+        Ok(Repairer::new(&self.context().keeping(&kept), &old, options).repair())
     }
 }
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::interface::setters;
-use crate::query::{Context, Termination};
+use crate::query::{Context, KeptLink, Termination};
 
 /// Margin of pushed configurations beyond the scene's clearance if no aim is given, as a share of
 /// the radius of the smallest moving body. An edge between two such configurations may bend by as
@@ -25,6 +25,9 @@ pub struct RepairOptions {
     pub aim: Option<f64>,
     /// Largest accepted [`Repaired::deviation`]; `None` means no limit.
     pub max_deviation: Option<f64>,
+    /// Links that keep their places at the first row, or at given poses, all along the path. With
+    /// [`RepairOptions::frames`] each row keeps them where it has them, but not the edges between.
+    pub keep: Vec<KeptLink>,
     /// Whether the rows are frames of a motion: the result has one row for each, at the same time.
     pub frames: bool,
     /// With [`RepairOptions::frames`]: the longest step from frame to frame, in metric units. The
@@ -46,6 +49,7 @@ setters! {
     RepairOptions {
         aim: f64 = Some,
         max_deviation: f64 = Some,
+        keep: Vec<KeptLink>,
         frames: bool,
         max_step: f64 = Some,
         touch: f64 = Some,
@@ -62,6 +66,7 @@ impl Default for RepairOptions {
         Self {
             aim: None,
             max_deviation: None,
+            keep: Vec::new(),
             frames: false,
             max_step: None,
             touch: None,

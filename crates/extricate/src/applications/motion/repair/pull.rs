@@ -122,8 +122,9 @@ impl Repairer<'_> {
             if self.prover.is_spent() {
                 return;
             }
-            let is_proved =
-                self.prover.proves(&points[at - 1].1, &moved) && self.prover.proves(&points[at + 1].1, &moved);
+            let is_proved = self.prover.project(&mut moved)
+                && self.prover.proves(&points[at - 1].1, &moved)
+                && self.prover.proves(&points[at + 1].1, &moved);
             if is_proved {
                 points[at].1 = moved;
                 return;

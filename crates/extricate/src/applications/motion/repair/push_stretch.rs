@@ -62,9 +62,14 @@ impl Repairer<'_> {
 
     /// Adds a point. If the edge to it is not proved, first adds what its middle is pushed out to.
     fn join(&mut self, last: Point, next: Point, levels: usize, pushed: &mut PushedStretch) {
-        let is_joined = self.prover.proves(&last.1, &next.1);
-        if is_joined || levels == 0 || self.prover.is_spent() {
-            return pushed.add(next, is_joined);
+        if let Some(way) = self.prover.join(&last.1, &next.1) {
+            let edges = way.len();
+            let place = |k: usize| last.0 + (next.0 - last.0) * k as f64 / edges as f64;
+            way.into_iter().take(edges - 1).enumerate().for_each(|(k, q)| pushed.add((place(k + 1), q), true));
+            return pushed.add(next, true);
+        }
+        if levels == 0 || self.prover.is_spent() {
+            return pushed.add(next, false);
         }
         let mut middle = last.1.clone();
         self.context.checker.scene().space.interpolate(&last.1, &next.1, 0.5, &mut middle);

@@ -39,7 +39,7 @@ impl<'a> Repairer<'a> {
             context,
             options,
             old: OldPath::new(context.metric, points),
-            prover: Prover::new(context.checker, options.resolution, limit),
+            prover: Prover::new(context.checker, options.resolution, limit).holding(context.kept),
             stream: Follower::new(stream, query),
             query: QueryScratch::default(),
             rng: ChaCha8Rng::seed_from_u64(options.seed),

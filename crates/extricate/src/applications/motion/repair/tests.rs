@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use super::*;
+use crate::applications::motion::EscapeOptions;
 use crate::applications::motion::testing::{along, labelled};
 use crate::collision::CheckScratch;
 use crate::cspace::Label;
 use crate::query::Termination;
+use crate::query::keep::{KeptLink, Projection};
 use crate::scene::assemble::assemble;
 use crate::scene::builtin;
 use crate::solver::Solver;
@@ -142,4 +144,40 @@ fn pairs_that_touch_stay_in_touch() {
     });
     let message = solver.repair(rows, &options.touch(2e-3).aim(5e-3)).unwrap_err().to_string();
     assert!(message.contains("touch") && message.contains("0.005"), "{message}");
+}
+
+/// Escapes that hold the gripper lead out and back, so that the rows in the middle collide. Their
+/// repairs hold it too: all along, or at each row if the rows are frames.
+#[test]
+fn repairs_keep_links() {
+    let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
+    let scene = solver.scene();
+    for text in [r#"{"link": "gripper", "rotation": null, "position": 1e-3}"#, r#"{"link": "gripper"}"#] {
+        let keep = KeptLink::from_text(scene, text).unwrap();
+        let mut paths = 0;
+        for q in labelled(solver.checker(), Label::Colliding, 20, 3) {
+            let escape = solver.escape(&q, &EscapeOptions::default().keep(keep.clone())).unwrap();
+            if !escape.is_found() {
+                continue;
+            }
+            let back: Vec<f64> = escape.points.iter().rev().chain(&escape.points[1..]).flatten().copied().collect();
+            let old = Rows::new(&back, scene.space.nq()).unwrap();
+            for frames in [false, true] {
+                let options = RepairOptions::default().keep(keep.clone()).frames(frames);
+                let repaired = solver.repair(old, &options).unwrap();
+                assert!(repaired.is_found() && repaired.deviation > 0.0, "{text}, frames {frames}");
+                let kept = LinkConstraint::all(scene, &keep, old.row(0));
+                let (mut projection, mut scratch) = (Projection::default(), CheckScratch::default());
+                along(solver.checker(), &repaired.points, |p| {
+                    assert_eq!(solver.checker().label(p, &mut scratch), Label::Free);
+                    assert!(frames || projection.keeps(scene, &kept, p));
+                });
+                for (row, q) in repaired.points.iter().enumerate().filter(|_| frames) {
+                    assert!(projection.keeps(scene, &LinkConstraint::all(scene, &keep, old.row(row)), q));
+                }
+                paths += 1;
+            }
+        }
+        assert!(paths >= 4, "{text}: {paths}");
+    }
 }

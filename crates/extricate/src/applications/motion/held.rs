@@ -1,0 +1,220 @@
+//! Edges along which links keep their places.
+//!
+//! A straight edge between two configurations that keep a link leaves its place in between, unless
+//! it is short. An edge that does is halved, and its middle projected back, until every part is
+//! proved to keep the links. The parts are then proved as any edge is.
+//!
+//! # Source
+//! Interpolation on a constraint manifold by repeated projection: D. Berenson, S. S. Srinivasa,
+//! D. Ferguson and J. J. Kuffner, "Manipulation planning on constraint manifolds", ICRA 2009,
+//! doi:10.1109/ROBOT.2009.5152399; Z. Kingston, M. Moll and L. E. Kavraki, "Exploring implicit
+//! spaces for constrained sampling-based planning", IJRR 38(10-11), 2019,
+//! doi:10.1177/0278364919868530. Deviation: links are proved to be kept between the points too.
+
+use super::prover::Prover;
+use crate::query::keep::{EdgeScratch, LinkConstraint, Projection, keeps_edge};
+use crate::scene::Scene;
+
+/// Middles are projected to within this share of the tolerances, which leaves the rest for edges to
+/// bend.
+const MIDDLE_SHARE: f64 = 0.1;
+/// An edge is halved at most this often.
+const MAX_HALVINGS: usize = 12;
+/// A projected middle is given up if it is farther from an end than this share of the edge: it is on
+/// another branch.
+const MAX_HALF_SHARE: f64 = 0.75;
+
+/// Links that every configuration of a set keeps.
+#[derive(Default)]
+pub struct Held {
+    kept: Vec<LinkConstraint>,
+    /// The same links with the tolerances of middles.
+    narrow: Vec<LinkConstraint>,
+    projection: Projection,
+    edge: EdgeScratch,
+}
+
+impl Held {
+    pub fn new(kept: &[LinkConstraint]) -> Self {
+        let narrow = kept.iter().map(|link| link.narrowed(MIDDLE_SHARE)).collect();
+        Self { kept: kept.to_vec(), narrow, ..Self::default() }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
+    /// Whether `q` keeps the links.
+    pub fn keeps(&mut self, scene: &Scene, q: &[f64]) -> bool {
+        self.is_empty() || self.projection.keeps(scene, &self.kept, q)
+    }
+
+    /// Whether the whole edge is proved to keep the links.
+    pub fn keeps_edge(&mut self, scene: &Scene, a: &[f64], b: &[f64]) -> bool {
+        self.is_empty() || keeps_edge(scene, &self.kept, (a, b), &mut self.edge)
+    }
+
+    /// Moves `q` to a configuration nearby that keeps the links, with room for edges to bend.
+    /// Returns whether there is one.
+    pub fn project(&mut self, scene: &Scene, q: &mut Vec<f64>) -> bool {
+        self.is_empty() || self.projection.project(scene, &self.narrow, &[], q)
+    }
+
+    /// Appends configurations from `a` (left out) toward `b` between which the links are proved to be
+    /// kept. Returns whether `b` is the last.
+    fn bend(&mut self, scene: &Scene, [a, b]: [&[f64]; 2], halvings: usize, way: &mut Vec<Vec<f64>>) -> bool {
+        if self.keeps_edge(scene, a, b) {
+            way.push(b.to_vec());
+            return true;
+        }
+        let (space, mut middle) = (&scene.space, a.to_vec());
+        space.interpolate(a, b, 0.5, &mut middle);
+        if halvings == 0 || !self.project(scene, &mut middle) {
+            return false;
+        }
+        let most = MAX_HALF_SHARE * space.distance(a, b);
+        [[a, &middle], [&middle, b]]
+            .into_iter()
+            .all(|half| space.distance(half[0], half[1]) <= most && self.bend(scene, half, halvings - 1, way))
+    }
+}
+
+impl Prover<'_> {
+    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if links
+    /// need not be kept. Both ends have to be in the set.
+    pub fn join(&mut self, a: &[f64], b: &[f64]) -> Option<Vec<Vec<f64>>> {
+        if !self.held.is_empty() && !self.holds(b) {
+            return None;
+        }
+        let (way, is_there) = self.advance(a, b);
+        is_there.then_some(way)
+    }
+
+    /// As [`Prover::join`], but returns how far it comes if it does not come to `b`, and whether it
+    /// does.
+    pub fn advance(&mut self, a: &[f64], b: &[f64]) -> (Vec<Vec<f64>>, bool) {
+        if self.held.is_empty() {
+            let is_proved = self.proves(a, b);
+            return (if is_proved { vec![b.to_vec()] } else { Vec::new() }, is_proved);
+        }
+        let mut way = Vec::new();
+        let is_bent = self.held.bend(self.checker.scene(), [a, b], MAX_HALVINGS, &mut way);
+        let (mut from, mut proved) = (a, 0);
+        while proved < way.len() && !self.is_spent() && self.proves_free(from, &way[proved]) {
+            from = &way[proved];
+            proved += 1;
+        }
+        let is_there = is_bent && proved == way.len();
+        way.truncate(proved);
+        (way, is_there)
+    }
+
+    /// Moves `q` to a configuration nearby that keeps the links; counts as a check if there are any.
+    /// Returns whether there is one.
+    pub fn project(&mut self, q: &mut Vec<f64>) -> bool {
+        self.checks += usize::from(!self.held.is_empty());
+        self.held.project(self.checker.scene(), q)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use crate::applications::motion::prover::Prover;
+    use crate::applications::motion::testing::{along, labelled};
+    use crate::applications::motion::{EscapeOptions, PlanOptions};
+    use crate::collision::CheckScratch;
+    use crate::cspace::sampling::uniform;
+    use crate::cspace::{Config, Label};
+    use crate::math::Pose;
+    use crate::query::keep::{KeptLink, LinkConstraint, Projection};
+    use crate::query::{Deadline, Termination};
+    use crate::scene::builtin;
+    use crate::solver::Solver;
+
+    const HELD: [(&str, &str); 4] = [
+        ("shelf-arm", r#"{"link": "gripper"}"#),
+        ("shelf-arm", r#"{"link": "gripper", "rotation": null}"#),
+        ("shelf-arm", r#"{"link": "gripper", "axis": [0, 0, 1], "position": null, "rotation": 0.1}"#),
+        ("dual-arm", r#"{"link": "right/gripper", "relative_to": "left/gripper"}"#),
+    ];
+
+    /// Asserts that samples of a path keep the links, and are free from a point on.
+    fn assert_kept(solver: &Solver, keep: &[KeptLink], points: &[Vec<f64>], free_from: usize) {
+        let scene = solver.scene();
+        let kept = LinkConstraint::all(scene, keep, &points[0]);
+        let (mut projection, mut scratch) = (Projection::default(), CheckScratch::default());
+        along(solver.checker(), points, |q| assert!(projection.keeps(scene, &kept, q)));
+        along(solver.checker(), &points[free_from..], |q| {
+            assert_eq!(solver.checker().label(q, &mut scratch), Label::Free);
+        });
+    }
+
+    /// Wanders from a free configuration along what keeps the links, in legs toward random
+    /// configurations, so that a path back exists.
+    fn wander(solver: &Solver, keep: &[KeptLink], from: &Config, rng: &mut ChaCha8Rng) -> Config {
+        let scene = solver.scene();
+        let kept = LinkConstraint::all(scene, keep, from);
+        let mut prover = Prover::new(solver.checker(), 1e-4, Deadline::default()).holding(&kept);
+        let (mut q, mut target) = (from.to_vec(), from.to_vec());
+        for _ in 0..8 {
+            uniform(&scene.space, rng, &mut target);
+            if prover.project(&mut target) {
+                q = prover.advance(&q, &target).0.pop().unwrap_or(q);
+            }
+        }
+        scene.space.config(&q).unwrap()
+    }
+
+    #[test]
+    fn plans_keep_links_all_along() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for (name, keep) in HELD {
+            let solver = Solver::new(builtin::scene(name).unwrap());
+            let keep = KeptLink::from_text(solver.scene(), keep).unwrap();
+            for from in labelled(solver.checker(), Label::Free, 12, 3) {
+                let to = wander(&solver, &keep, &from, &mut rng);
+                let options = PlanOptions::default().keep(keep.clone()).termination(Termination::after_checks(50_000));
+                let plan = solver.plan(&from, &to, &options).unwrap();
+                assert!(plan.is_found(), "{name} {keep:?}: {} checks", plan.checks);
+                assert_eq!((&plan.points[0][..], &plan.points[plan.free_to][..]), (&from[..], &to[..]));
+                assert_kept(&solver, &keep, &plan.points, 0);
+            }
+        }
+    }
+
+    #[test]
+    fn escapes_keep_links_all_along() {
+        for ((name, keep), least) in HELD.into_iter().zip([2, 7, 10, 13]) {
+            let solver = Solver::new(builtin::scene(name).unwrap());
+            let keep = KeptLink::from_text(solver.scene(), keep).unwrap();
+            let mut found = 0;
+            for q in labelled(solver.checker(), Label::Colliding, 20, 3) {
+                let escape = solver.escape(&q, &EscapeOptions::default().keep(keep.clone())).unwrap();
+                if escape.is_found() {
+                    found += 1;
+                    assert_kept(&solver, &keep, &escape.points, escape.free_from);
+                }
+            }
+            assert!(found >= least, "{name} {keep:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn ends_at_which_a_link_is_off_are_named() {
+        let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
+        let keep = KeptLink::from_text(solver.scene(), r#"{"link": "gripper"}"#).unwrap();
+        let free = labelled(solver.checker(), Label::Free, 2, 3);
+        let options = PlanOptions::default().keep(keep.clone());
+        let message = solver.plan(&free[0], &free[1], &options).unwrap_err().to_string();
+        assert!(message.contains("to: kept link `gripper`") && message.contains("off by"), "{message}");
+        let away = vec![keep[0].clone().pose(Pose::identity())];
+        let message = solver.escape(&free[0], &EscapeOptions::default().keep(away)).unwrap_err().to_string();
+        assert!(message.contains("q: kept link `gripper`"), "{message}");
+        let nowhere = vec![KeptLink::link(99)];
+        let message = solver.escape(&free[0], &EscapeOptions::default().keep(nowhere)).unwrap_err().to_string();
+        assert!(message.contains("keep: got link 99"), "{message}");
+    }
+}
