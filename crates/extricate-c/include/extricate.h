@@ -514,6 +514,9 @@ typedef struct ExtricateEscapeOptions {
     // Depth by which a pair that collides at the query may get deeper on the path: 0 to 1e9 [m];
     // 1e-3 by default.
     double tolerance;
+    // Links that keep their places at the query, or at given poses, all along the path, as in
+    // ExtricateOptions; null by default, for none.
+    const char *keep;
     // Goal of a later motion, a configuration: of exits that are about as near, the one nearest to
     // it is preferred; null by default, for none.
     const double *toward;
@@ -578,6 +581,9 @@ typedef struct ExtricatePlanOptions {
     // Depth by which a pair that collides at an end may get deeper on the path: 0 to 1e9 [m];
     // 1e-3 by default.
     double tolerance;
+    // Links that keep their places at the start, or at given poses, all along the path, as in
+    // ExtricateOptions; null by default, for none.
+    const char *keep;
     // Clearance to which the points of the free part are pushed off: 0 to 1e9 [m]; nan by
     // default, which leaves the path short.
     double clearance;
@@ -625,6 +631,10 @@ typedef struct ExtricateRepairOptions {
     // Largest accepted deviation from the path, in the scene's metric: 0 to 1e9; infinity by
     // default, for no limit.
     double max_deviation;
+    // Links that keep their places at the first row, or at given poses, all along the path, as in
+    // ExtricateOptions; null by default, for none. With `frames`, each row keeps them where it has
+    // them.
+    const char *keep;
     // Whether the rows are frames of a motion, so that the result has one point for each, at the
     // same time: 0 or 1; 0 by default.
     uint32_t frames;

@@ -51,7 +51,8 @@ pub struct PlanArgs {
     /// Depth in metres by which a pair that collides at an end may get deeper on the path
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
-    /// Links that keep their places at the start, all along the path: a name or JSON, as for `query --keep`
+    /// Links that keep their places at the start, all along the path: a name or JSON, as for `query
+    /// --keep`
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
     /// Clearance in metres to which points of the free path are pushed off, or as much of it as

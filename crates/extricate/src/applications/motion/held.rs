@@ -11,7 +11,6 @@
 //! spaces for constrained sampling-based planning", IJRR 38(10-11), 2019,
 //! doi:10.1177/0278364919868530. Deviation: links are proved to be kept between the points too.
 
-use super::prover::Prover;
 use crate::query::keep::{EdgeScratch, LinkConstraint, Projection, keeps_edge};
 use crate::scene::Scene;
 
@@ -20,8 +19,8 @@ use crate::scene::Scene;
 const MIDDLE_SHARE: f64 = 0.1;
 /// An edge is halved at most this often.
 const MAX_HALVINGS: usize = 12;
-/// A projected middle is given up if it is farther from an end than this share of the edge: it is on
-/// another branch.
+/// A projected middle is given up if it is farther from an end than this share of the edge: it is
+/// on another branch.
 const MAX_HALF_SHARE: f64 = 0.75;
 
 /// Links that every configuration of a set keeps.
@@ -60,9 +59,14 @@ impl Held {
         self.is_empty() || self.projection.project(scene, &self.narrow, &[], q)
     }
 
-    /// Appends configurations from `a` (left out) toward `b` between which the links are proved to be
-    /// kept. Returns whether `b` is the last.
-    fn bend(&mut self, scene: &Scene, [a, b]: [&[f64]; 2], halvings: usize, way: &mut Vec<Vec<f64>>) -> bool {
+    /// Appends configurations from `a` (left out) toward `b` between which the links are proved to
+    /// be kept. Returns whether `b` is the last.
+    pub fn bend(&mut self, scene: &Scene, ends: [&[f64]; 2], way: &mut Vec<Vec<f64>>) -> bool {
+        self.halve(scene, ends, MAX_HALVINGS, way)
+    }
+
+    /// As [`Held::bend`], with at most this many halvings.
+    fn halve(&mut self, scene: &Scene, [a, b]: [&[f64]; 2], halvings: usize, way: &mut Vec<Vec<f64>>) -> bool {
         if self.keeps_edge(scene, a, b) {
             way.push(b.to_vec());
             return true;
@@ -75,45 +79,7 @@ impl Held {
         let most = MAX_HALF_SHARE * space.distance(a, b);
         [[a, &middle], [&middle, b]]
             .into_iter()
-            .all(|half| space.distance(half[0], half[1]) <= most && self.bend(scene, half, halvings - 1, way))
-    }
-}
-
-impl Prover<'_> {
-    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if links
-    /// need not be kept. Both ends have to be in the set.
-    pub fn join(&mut self, a: &[f64], b: &[f64]) -> Option<Vec<Vec<f64>>> {
-        if !self.held.is_empty() && !self.holds(b) {
-            return None;
-        }
-        let (way, is_there) = self.advance(a, b);
-        is_there.then_some(way)
-    }
-
-    /// As [`Prover::join`], but returns how far it comes if it does not come to `b`, and whether it
-    /// does.
-    pub fn advance(&mut self, a: &[f64], b: &[f64]) -> (Vec<Vec<f64>>, bool) {
-        if self.held.is_empty() {
-            let is_proved = self.proves(a, b);
-            return (if is_proved { vec![b.to_vec()] } else { Vec::new() }, is_proved);
-        }
-        let mut way = Vec::new();
-        let is_bent = self.held.bend(self.checker.scene(), [a, b], MAX_HALVINGS, &mut way);
-        let (mut from, mut proved) = (a, 0);
-        while proved < way.len() && !self.is_spent() && self.proves_free(from, &way[proved]) {
-            from = &way[proved];
-            proved += 1;
-        }
-        let is_there = is_bent && proved == way.len();
-        way.truncate(proved);
-        (way, is_there)
-    }
-
-    /// Moves `q` to a configuration nearby that keeps the links; counts as a check if there are any.
-    /// Returns whether there is one.
-    pub fn project(&mut self, q: &mut Vec<f64>) -> bool {
-        self.checks += usize::from(!self.held.is_empty());
-        self.held.project(self.checker.scene(), q)
+            .all(|half| space.distance(half[0], half[1]) <= most && self.halve(scene, half, halvings - 1, way))
     }
 }
 
@@ -187,17 +153,18 @@ mod tests {
 
     #[test]
     fn escapes_keep_links_all_along() {
-        for ((name, keep), least) in HELD.into_iter().zip([2, 7, 10, 13]) {
+        for ((name, keep), least) in HELD.into_iter().zip([1, 4, 6, 6]) {
             let solver = Solver::new(builtin::scene(name).unwrap());
             let keep = KeptLink::from_text(solver.scene(), keep).unwrap();
             let mut found = 0;
-            for q in labelled(solver.checker(), Label::Colliding, 20, 3) {
+            for q in labelled(solver.checker(), Label::Colliding, 10, 3) {
                 let escape = solver.escape(&q, &EscapeOptions::default().keep(keep.clone())).unwrap();
                 if escape.is_found() {
                     found += 1;
                     assert_kept(&solver, &keep, &escape.points, escape.free_from);
                 }
             }
+            eprintln!("{found}");
             assert!(found >= least, "{name} {keep:?}: {found}");
         }
     }

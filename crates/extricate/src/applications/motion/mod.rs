@@ -1,8 +1,8 @@
 //! Motions: paths whose every edge is proved, from queries and the exact checker.
 //!
-//! Read in this order: `prover` (proofs, counted and limited), `held` (edges that keep links), `nodes` (configurations and a search
-//! for the nearest), `rrt_connect`, `shortcut`, `path`; then the applications: `escape`, `roadmap`
-//! with `plan`, and `repair`.
+//! Read in this order: `prover` (proofs, counted and limited), `held` (edges that keep links),
+//! `nodes` (configurations and a search for the nearest), `rrt_connect`, `shortcut`, `path`; then
+//! the applications: `escape`, `roadmap` with `plan`, and `repair`.
 //!
 //! An edge is the geodesic between two configurations ([`crate::ConfigSpace::interpolate`]). It is
 //! proved free by the argument of [`crate::Checker::segment`], never by samples. A *check* is one

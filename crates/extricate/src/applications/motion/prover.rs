@@ -68,12 +68,48 @@ impl<'a> Prover<'a> {
     }
 
     /// As [`Prover::proves`], but for kept links.
-    pub(super) fn proves_free(&mut self, a: &[f64], b: &[f64]) -> bool {
+    fn proves_free(&mut self, a: &[f64], b: &[f64]) -> bool {
         let (limit, spent) = (&self.limit, self.checks);
         let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };
         let proved = prove(self.checker, (a, b), self.resolution, &budget, &mut self.scratch);
         self.checks += proved.checks;
         proved.is_free
+    }
+
+    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if
+    /// links need not be kept. Both ends have to be in the set.
+    pub fn join(&mut self, a: &[f64], b: &[f64]) -> Option<Vec<Vec<f64>>> {
+        if !self.held.is_empty() && !self.holds(b) {
+            return None;
+        }
+        let (way, is_there) = self.advance(a, b);
+        is_there.then_some(way)
+    }
+
+    /// As [`Prover::join`], but returns how far it comes if it does not come to `b`, and whether it
+    /// does.
+    pub fn advance(&mut self, a: &[f64], b: &[f64]) -> (Vec<Vec<f64>>, bool) {
+        if self.held.is_empty() {
+            let is_proved = self.proves(a, b);
+            return (if is_proved { vec![b.to_vec()] } else { Vec::new() }, is_proved);
+        }
+        let mut way = Vec::new();
+        let is_bent = self.held.bend(self.checker.scene(), [a, b], &mut way);
+        let (mut from, mut proved) = (a, 0);
+        while proved < way.len() && !self.is_spent() && self.proves_free(from, &way[proved]) {
+            from = &way[proved];
+            proved += 1;
+        }
+        let is_there = is_bent && proved == way.len();
+        way.truncate(proved);
+        (way, is_there)
+    }
+
+    /// Moves `q` to a configuration nearby that keeps the links; counts as a check if there are
+    /// any. Returns whether there is one.
+    pub fn project(&mut self, q: &mut Vec<f64>) -> bool {
+        self.checks += usize::from(!self.held.is_empty());
+        self.held.project(self.checker.scene(), q)
     }
 
     /// Returns the fraction of the edge from `a` up to which it is proved to lie in the set before

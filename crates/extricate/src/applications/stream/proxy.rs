@@ -209,8 +209,8 @@ impl Proxy {
     }
 }
 
-/// Whether a configuration is free, whether or not links are kept there: the way of a proxy to where
-/// they are need not keep them.
+/// Whether a configuration is free, whether or not links are kept there: the way of a proxy to
+/// where they are need not keep them.
 pub fn is_free(context: &Context, q: &[f64], evaluator: &mut Evaluator) -> bool {
     if context.kept.is_empty() {
         return evaluator.label(context, q) == Label::Free;
@@ -315,7 +315,7 @@ mod tests {
         let (mut projection, mut check, mut query) = Default::default();
         for (from, to) in ends.iter().zip(&ends[1..]) {
             let mut before: Option<Vec<f64>> = None;
-            for frame in 0..100 {
+            for frame in 0..30 {
                 scene.space.interpolate(from, to, f64::from(frame) / 1000.0, &mut q);
                 let config = scene.space.config(&q).unwrap();
                 let answer = stream.query(&world.context(), &config);
@@ -334,6 +334,6 @@ mod tests {
                 before = after;
             }
         }
-        eprintln!("{answered} answered, {possible} possible");
+        assert!(possible > 50 && 10 * answered >= 9 * possible, "{answered} answered, {possible} possible");
     }
 }

@@ -22,9 +22,10 @@ const MAX_HALVINGS: usize = 6;
 ///
 /// Let the joints between the base and the link be numbered from the base. A rotation `i` with rate
 /// `w_i` and a joint `j` beyond it contribute `w_i w_j r_j` to the second derivative of the link's
-/// origin, twice if `i` is not `j`. Here `r_j` is at most the distance of the origin from the joint,
-/// or 1 if the joint is prismatic. Prismatic joints contribute nothing to what is beyond them. A
-/// point at the distance 1 in the link's axes has at most the square of the sum of all `w_i`.
+/// origin, twice if `i` is not `j`. Here `r_j` is at most the distance of the origin from the
+/// joint, or 1 if the joint is prismatic. Prismatic joints contribute nothing to what is beyond
+/// them. A point at the distance 1 in the link's axes has at most the square of the sum of all
+/// `w_i`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Bend {
     /// Of the link's origin in the base's coordinates \[m\].

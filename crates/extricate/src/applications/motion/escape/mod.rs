@@ -53,8 +53,8 @@ impl Solver {
     ///
     /// # Errors
     /// [`Error::Config`] if `q` lies beyond a limit, because a path cannot begin there: move it
-    /// onto its limits first; or if a link that is to be kept is off there. [`Error::Option`] for an
-    /// option that makes no sense.
+    /// onto its limits first; or if a link that is to be kept is off there. [`Error::Option`] for
+    /// an option that makes no sense.
     pub fn escape(&self, q: &Config, options: &EscapeOptions) -> Result<Escape> {
         options.check()?;
         let space = &self.scene().space;

@@ -98,8 +98,8 @@ impl Solver {
     /// Extends a roadmap, for plans to come, by spending about `checks` checks.
     ///
     /// # Errors
-    /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`]; the first also for kept links,
-    /// which no roadmap keeps.
+    /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`]; the first also for kept
+    /// links, which no roadmap keeps.
     pub fn grow_roadmap(&self, roadmap: &mut Roadmap, checks: usize, options: &PlanOptions) -> Result<()> {
         options.check()?;
         if !options.keep.is_empty() {

@@ -43,8 +43,8 @@ impl Solver {
     /// [`RepairOptions::keep`] keep their places; parts in which they do not are repaired too.
     ///
     /// # Guarantee
-    /// Every configuration of the result is proved free. Links are proved to be kept at all of them,
-    /// and with [`RepairOptions::frames`] at those of the rows. If no such path is found,
+    /// Every configuration of the result is proved free. Links are proved to be kept at all of
+    /// them, and with [`RepairOptions::frames`] at those of the rows. If no such path is found,
     /// [`Repaired::points`] is empty; that proves nothing. The same solver, points and options give
     /// the same result, unless a limit in seconds ends it.
     ///
