@@ -13,6 +13,7 @@ Where there is no Chromium, it says so and ends with status 0. What has to hold 
 - keys do what they say; names with markup in them are text; a page of 20 queries has at most 1.2 MB;
 - in the built-in scenes links that collide are seen, and no text is cut at 1,400, 800 and 390 pixels; the keyboard reaches
   everything; colours differ for people who lack a kind of cone; links and copies hold what is shown;
+- the panel says what is proved, what arrows, ghosts and colours mean, what the axes of plots are, and how many balls are left out;
 - frames of a motion, paths and grasps play back, and their numbers are those of the program.
 
 With --native, NATIVE is the example `native` of extricate-wasm, which stands for the library in live pages: they play paths and

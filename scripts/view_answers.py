@@ -4,11 +4,12 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import chromium
-from view_pages import PIXELS, Program, check_clean, check_numbers, expect
+from view_pages import AXES, PIXELS, Program, check_clean, check_numbers, expect
 
 SCENES = ("shelf-arm", "planar-arm", "free-box", "dual-arm", "hand", "four-legs")
 # Continuous integration opens two of them; EXTRICATE_VIEW_SCENES=6 opens all.
@@ -54,6 +55,9 @@ CUT = """(() => {
 })()"""
 FOCUSABLE = """[...document.querySelectorAll("button, input, select, summary, canvas[tabindex]")]
     .filter(found => !found.disabled && found.getClientRects().length && getComputedStyle(found).visibility !== "hidden")"""
+DRAWN = "document.getElementById('drawn').textContent"
+# Obstacles that have more balls together than a page draws.
+MANY = 300
 SETTLE = "new Promise(done => setTimeout(done, 100))"
 
 
@@ -80,6 +84,7 @@ def check_scenes(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     check_opening(page)
     check_keyboard(page)
     check_parts(page)
+    check_sentences(page)
     check_copies(page)
     check_link(page, (extricate.folder / "shelf-arm.html").as_uri())
     check_clouds(page, extricate, pictures)
@@ -156,7 +161,14 @@ def check_layers(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     page.run("extricate.controls.go(0)")
     page.press("v")
     expect(page.run(GREEN)["green"] < 100, "a visual mesh of a link that collides keeps its colour")
+    expect("balls" not in page.run(DRAWN), "the panel says that balls are left out")
     check_clean(page, "layers", address)
+    posts = "".join(f'[[obstacle]]\nname = "post{at}"\nshape = {{ box = [0.1, 0.1, 0.3] }}\npose = {{ xyz = [{at + 1}, 3, 0] }}\n' for at in range(MANY))
+    (extricate.folder / "posts.toml").write_text((extricate.folder / "looks.toml").read_text() + posts)
+    extricate.run("view posts.toml --q 0.1 -o posts.html")
+    page.open((extricate.folder / "posts.html").as_uri())
+    text = page.run(f"extricate.stage.showLayer('stand_ins', true); extricate.controls.show(); {DRAWN}")
+    expect(re.search(r"1,000 of [1-9],\d\d\d balls are drawn\.", text), f"of the balls that are left out the panel says: {text}")
     (extricate.folder / "looks.urdf").write_text(LOOKS % '<mesh filename="nowhere.stl"/>')
     extricate.run("view looks.toml --q 0.1 -o looks.html")
     page.open(address)
@@ -245,6 +257,23 @@ def check_parts(page: chromium.Browser) -> None:
     expect(empty["hit"] == 0 and empty["drawn"] == 0, f"bodies that are switched off are drawn: {empty}")
     page.run("shown.forEach(box => box.click())")
     expect(page.run(PIXELS)["sum"] == whole["sum"], "bodies do not come back")
+
+
+def check_sentences(page: chromium.Browser) -> None:
+    """Checks that the panel says what is proved, what is drawn, and what the axes of the plot are."""
+    page.run("extricate.controls.choose(0); extricate.controls.go(0)")
+    proof = page.run("document.getElementById('verdict').textContent")
+    expect(re.search(r"Proved: no free configuration is nearer than [0-9.]+ rad\.", proof), f"the panel says of the proof: {proof}")
+    words = ("Orange bodies", "blue robot", "blue ghost", "grey ghost", "Arrows")
+    for percent, said in ((0, (True, False, True, False, True)), (100, (False, True, False, True, True))):
+        text = page.run(f"extricate.controls.go({percent}); {DRAWN}")
+        expect(tuple(word in text for word in words) == said, f"at {percent} % the panel says of the picture: {text}")
+    text = page.run(f"extricate.stage.showLayer('ghost', false); extricate.controls.show(); {DRAWN}")
+    expect("ghost" not in text, f"without ghosts the panel says of the picture: {text}")
+    page.run("extricate.stage.showLayer('ghost', true); extricate.controls.show()")
+    upright, level = page.run(AXES)
+    expect(re.search(r"distance of the nearest pair, from .*m to .*m", upright), f"the vertical axis is labelled {upright}")
+    expect(level == ["0 %", "share of the straight segment", "100 %"], f"the horizontal axis is labelled {level}")
 
 
 def check_copies(page: chromium.Browser) -> None:

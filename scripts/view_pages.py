@@ -28,6 +28,9 @@ PIXELS = """(() => {
 })()"""
 NUMBERS = """Object.fromEntries([...document.querySelectorAll("#panel [data-key]")]
     .map(found => [found.dataset.key, found.dataset.value]))"""
+# The label of the vertical axis of the plot, and the parts of that of the horizontal axis.
+AXES = """(([upright, level]) => [upright.textContent, [...level.children].map(part => part.textContent)])(
+    document.querySelectorAll("#plotted .axis"))"""
 JOINTS = """["query", "exit"].map(key => [...document.querySelectorAll(`#joints [data-joint=${key}]`)]
     .map(cell => Number(cell.dataset.value)))"""
 

@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import chromium
-from view_pages import JOINTS, NUMBERS, PIXELS, Program, check_clean, check_numbers, check_words, expect, go, opened
+from view_answers import check_readable
+from view_pages import AXES, JOINTS, NUMBERS, PIXELS, Program, check_clean, check_numbers, check_words, expect, go, opened
 
 GRIPPER = """<robot name="gripper"><link name="palm"/>
 <link name="left"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
@@ -59,10 +61,14 @@ def check_motion(page: chromium.Browser, extricate: Program, pictures: Path) -> 
     # The plot of a motion has every frame, and a press chooses the one at its place.
     points = page.run("document.querySelector('#plot .line').getAttribute('points').split(' ').length")
     expect(points == FRAMES, f"the plot has {points} frames")
+    upright, level = page.run(AXES)
+    expect(re.search(r"depth .* and lower bound .*, from 0 rad to .* rad", upright), f"the vertical axis is labelled {upright}")
+    expect(level == ["1", "frame of the motion", str(FRAMES)], f"the horizontal axis is labelled {level}")
     page.run(PRESS % 0.5)
     expect(page.run("extricate.controls.query") == FRAMES // 2, "a press of the plot chooses another frame")
     cursor = page.run("Number(document.querySelector('#plot .cursor').getAttribute('x1'))")
     expect(abs(cursor - page.run("extricate.controls.query") / (FRAMES - 1)) < 1e-9, f"the cursor is at {cursor}")
+    check_readable(page, "motion", pictures)
     check_clean(page, "motion", address)
     print(f"motion: {FRAMES} frames played, {compared} numbers equal")
 
@@ -104,6 +110,8 @@ def check_paths(page: chromium.Browser, extricate: Program, pictures: Path) -> N
     seen = page.run(WATCH)
     expect({at for at, _ in seen} == {0, 1} and seen[-1] == [1, 100], f"paths were played as {seen[:3]} to {seen[-1]}")
     expect(all(any(at == k and 20 < percent < 80 for at, percent in seen) for k in (0, 1)), "a path was not played through")
+    expect(page.run(AXES)[1][1] == "share of the path", "the horizontal axis of a path is not named")
+    check_readable(page, "paths", pictures)
     check_clean(page, "paths", address)
     print(f"paths: {len(paths)} played, in {len(seen)} pictures")
 

@@ -58,7 +58,7 @@ class Controls {
         this.proved = element("div", { id: "proved", hidden: true, role: "img" });
         this.plot = new Plot(fraction => this.pickPlotted(fraction));
         this.playRow = element("div", { className: "row", style: "margin-top: 6px" }, this.play, this.place);
-        byId("move").append(this.exits, this.slider, this.bar, this.proved, this.plot.svg, this.plot.caption, this.playRow, this.state);
+        byId("move").append(this.exits, this.slider, this.bar, this.proved, this.plot.host, this.playRow, this.state);
     }
 
     // A place of the plot: a frame of a motion, or a percentage of the way.
@@ -72,16 +72,21 @@ class Controls {
         const { distances = [] } = this.shown.exits[this.exit] || {};
         const isStream = this.player && this.player.isStream;
         const hasPlot = isStream ? this.answers.length > 1 : distances.some(Number.isFinite);
-        this.plot.svg.toggleAttribute("hidden", !hasPlot);
-        this.plot.caption.hidden = !hasPlot;
+        this.plot.host.hidden = !hasPlot;
         if (!hasPlot) return;
-        if (!isStream) return this.plot.fill(distances, [], "distance of the nearest pair along the way");
+        if (!isStream) {
+            const across = ["0 %", `share of the ${courseOf(this.shown.exits[this.exit])}`, "100 %"];
+            return this.plot.fill(distances, [], { what: "distance of the nearest pair", inWords: signedLength, across });
+        }
         const of = key => this.answers.map(({ answer }) => (answer ? answer[key] : null));
-        this.plot.fill(of("depth"), of("lower_bound"), "depth of every frame, and what is proved of it");
+        this.plot.fill(of("depth"), of("lower_bound"), {
+            what: `depth (line) and lower bound (solid area)${UNIT ? "" : `, in ${UNIT_IN_WORDS}`}`,
+            inWords: x => `${digits(x, 3)}${UNIT}`, across: ["1", "frame of the motion", String(this.answers.length)],
+        });
     }
 
     pointPlot() {
-        if (this.plot.caption.hidden) return;
+        if (this.plot.host.hidden) return;
         if (this.player && this.player.isStream) {
             return this.plot.point(this.query / (this.answers.length - 1), depthInWords(this.shown));
         }

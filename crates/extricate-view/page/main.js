@@ -42,6 +42,22 @@ function stateInWords(shown, stretch) {
     return [element("b", { className: "hit" }, title), text.slice(0, 4).join(", ") + more];
 }
 
+// What colours, ghosts and arrows of the picture mean: those that are drawn now.
+function drawnInWords(shown, chosen, hit, isFree) {
+    const [begins, ends] = endsOf(shown, chosen);
+    const isHitShown = stage.bodies.some(made => made && hit.has(made.at) && made.solid.visible && made.solid.parent.visible);
+    const balls = SCENE.stand_ins.reduce((sum, one) => sum + one.balls.length, 0);
+    const inWords = count => count.toLocaleString("en");
+    return [
+        [isHitShown, "Orange bodies collide."],
+        [isFree && stage.draws("solid"), "The blue robot is free."],
+        [stage.draws("target"), `The blue ghost is ${shown.played ? "the " : ""}${ends}.`],
+        [stage.draws("ghost"), `The grey ghost is the ${begins}${collidingAt(shown).length ? "; its links that collide are orange" : ""}.`],
+        [stage.draws("contacts"), "Arrows show contacts, and the direction in which the bodies part."],
+        [stage.draws("stand_ins") && balls < SCENE.balls, `${inWords(balls)} of ${inWords(SCENE.balls)} balls are drawn.`],
+    ].filter(([isDrawn]) => isDrawn).map(([, text]) => text).join(" ");
+}
+
 // Where the robot is: at the query, at the exit, or between.
 function show() {
     const { shown, exit: chosen, percent } = controls;
@@ -50,19 +66,21 @@ function show() {
     const [begins, ends] = endsOf(shown, chosen);
     const stretch = exit ? stretchAt(exit, percent) : { pairs: [], outside: false };
     controls.slider.value = String(Math.round(percent));
-    const course = exit && exit.way ? "path" : "straight segment";
     controls.place.textContent = percent <= 0 ? `at the ${begins}` : percent >= 100 ? `at ${shown.played ? "the " : ""}${ends}`
-        : `${Math.round(percent)} % of the ${course}`;
+        : `${Math.round(percent)} % of the ${courseOf(exit)}`;
     controls.state.replaceChildren(...stateInWords(shown, stretch));
     controls.pointPlot();
     if (stage) {
+        const hit = bodiesOf(shown, stretch.pairs);
+        const isFree = !stretch.pairs.length && !stretch.outside && !!(shown.answer || shown.played);
         stage.place("solid", placed(SCENE, now));
-        stage.colour(bodiesOf(shown, stretch.pairs), !stretch.pairs.length && !stretch.outside && !!(shown.answer || shown.played));
+        stage.colour(hit, isFree);
         stage.place("ghost", placed(SCENE, shown.q));
         stage.place("target", placed(SCENE, exit ? exit.witness : shown.q));
         stage.colourGhosts(bodiesOf(shown, collidingAt(shown)));
         // Contacts are of one place, so none are shown between the query and the exit.
         stage.showContacts(percent <= 0 ? shown.contacts : percent >= 100 && exit ? exit.contacts : NO_CONTACTS);
+        byId("drawn").textContent = drawnInWords(shown, chosen, hit, isFree);
     }
     showNow(now);
     if (shown.slice) drawSlice(canvas, shown.slice, chosen, percent / 100, UNIT);

@@ -78,12 +78,15 @@ function proofOf(answer) {
     const share = answer.depth > 0 ? Math.min(1, answer.lower_bound / answer.depth) : 0;
     const bound = number("lower_bound", answer.lower_bound, `${digits(answer.lower_bound)}${UNIT}`);
     if (answer.unproved) {
-        const why = { surfaces: "what collides are surfaces, which enclose nothing", shallow: "the overlap is too shallow" };
+        const why = {
+            surfaces: "what collides are surfaces, which enclose nothing", shallow: "the overlap is too shallow",
+            off: "nothing collides, and a kept link is off",
+        };
         return [element("b", {}, bound), ` Nothing is proved: ${why[answer.unproved]}.`];
     }
     const [proved, open] = ["proved", "open"].map(name => element("i", { className: name }));
     proved.style.width = `${100 * share}%`;
-    return [element("b", {}, bound), ": proved, nothing nearer is free", element("div", { id: "proof" }, proved, open),
+    return ["Proved: no free configuration is nearer than ", element("b", {}, bound), ".", element("div", { id: "proof" }, proved, open),
         element("small", {}, `${digits(100 * share, 3)} % of the depth is proved`)];
 }
 

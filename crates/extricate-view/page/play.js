@@ -10,6 +10,11 @@ function endsOf({ played }, chosen) {
     return played.path ? ["start", "end"] : ["query", "release"];
 }
 
+// What the slider moves along.
+function courseOf(exit) {
+    return exit && exit.way ? "path" : "straight segment";
+}
+
 // The waypoints of a path, each with its share of the way; none if something else is shown.
 function waypointsOf({ q, exits: [exit], played }) {
     return played && played.path ? [{ at: 0, q }, ...(exit.way || []), { at: 1, q: exit.witness }] : [];

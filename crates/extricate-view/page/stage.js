@@ -183,6 +183,11 @@ class Stage {
         return !(name in EXTRAS) || this.scene[name].length > 0;
     }
 
+    // Whether the picture shows anything of a layer.
+    draws(name) {
+        return this.layers[name].visible && this.layers[name].children.some(part => part.visible);
+    }
+
     showLayer(name, isOn) {
         this.layers[name].visible = isOn;
         if (!isOn || !(name in EXTRAS) || this.layers[name].children.length) return;

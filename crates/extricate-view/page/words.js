@@ -8,7 +8,7 @@ const WORDS = {
     "witness": "The nearest exit that was found: the answer.",
     "depth": "How far the witness is from the query, in the metric of the scene. The true depth is at most this.",
     "lower bound": "Proved: no free configuration is nearer to the query than this.",
-    "gap": "The share of the depth that is not proved. At 0 % nothing can be nearer than the witness.",
+    "gap": "The share of the depth that is not proved. At 0 % no free configuration is nearer than the witness.",
     "largest displacement": "How far any point of the robot moves at most between the query and the exit.",
     "in collision": "Pairs of bodies that are nearer than the clearance at the query.",
     "touching": "Pairs that are within 0.1 mm of their clearance at the exit: they hold the exit where it is.",

@@ -63,8 +63,9 @@ pub fn visual_data(scene: &Scene, visuals: &[Visual]) -> Vec<VisualData> {
     found.into_iter().zip(shares).filter_map(encoded).collect()
 }
 
-/// Encodes the balls and convex pieces of all bodies that have some.
-pub fn stand_in_data(solver: &Solver) -> Vec<StandInData> {
+/// Encodes the balls and convex pieces of all bodies that have some. Returns how many balls there
+/// are too, as a page may leave some out.
+pub fn stand_in_data(solver: &Solver) -> (Vec<StandInData>, usize) {
     let of_body = |body: usize| {
         let StandIns { balls, pieces } = solver.checker().stand_ins(body);
         let mut surface = Surface::default();
@@ -72,6 +73,7 @@ pub fn stand_in_data(solver: &Solver) -> Vec<StandInData> {
         (balls, surface)
     };
     let found: Vec<_> = (0..solver.scene().bodies().len()).map(of_body).collect();
+    let ball_count = found.iter().map(|(balls, _)| balls.len()).sum();
     let counts: Vec<usize> = found.iter().map(|(_, surface)| surface.triangles.len()).collect();
     let shares = shares(&counts, MAX_PIECE_TRIANGLES);
     let mut left = MAX_BALLS;
@@ -85,7 +87,7 @@ pub fn stand_in_data(solver: &Solver) -> Vec<StandInData> {
             data.push(StandInData { body, balls, pieces });
         }
     }
-    data
+    (data, ball_count)
 }
 
 #[cfg(test)]
@@ -116,7 +118,8 @@ mod tests {
     fn pieces_of_a_mesh_are_there_once_a_query_made_them() {
         let solver = Solver::new(builtin::scene("free-box").unwrap());
         solver.checker().prepare_proposals();
-        let data = stand_in_data(&solver);
+        let (data, ball_count) = stand_in_data(&solver);
+        assert_eq!(data.iter().map(|one| one.balls.len()).sum::<usize>(), ball_count);
         assert!(
             data.iter().any(|one| one.pieces.is_some()) && data.iter().any(|one| !one.balls.is_empty()),
             "{data:?}"

@@ -31,6 +31,8 @@ pub struct SceneData<'a> {
     visuals: Vec<VisualData>,
     /// What stands for the shapes of bodies in quick tests.
     stand_ins: Vec<StandInData>,
+    /// Number of balls in all bodies; `stand_ins` may have fewer.
+    balls: usize,
     probe: Probe,
 }
 
@@ -86,6 +88,7 @@ pub fn scene_data<'a>(solver: &'a Solver, visuals: &[Visual]) -> SceneData<'a> {
         let step = centres[at].div_ceil(centre_shares[at]).max(1);
         body_data(scene, at, surfaces[at].encode(triangle_shares[at]), step)
     };
+    let (stand_ins, balls) = stand_in_data(solver);
     SceneData {
         unit: metric_unit(scene),
         metric: scene.metric().name(),
@@ -98,7 +101,8 @@ pub fn scene_data<'a>(solver: &'a Solver, visuals: &[Visual]) -> SceneData<'a> {
         frames: scene.frames().iter().map(frame_data).collect(),
         bodies: (0..scene.bodies().len()).map(body).collect(),
         visuals: visual_data(scene, visuals),
-        stand_ins: stand_in_data(solver),
+        stand_ins,
+        balls,
         probe: probe(scene),
     }
 }

@@ -120,8 +120,8 @@ impl Configs {
     }
 
     /// Reads the next lines that several threads answer together; none at the end. From a program
-    /// that waits for each answer, or for one thread, it reads one. Notes and bad lines are told
-    /// beside the progress.
+    /// that waits for each answer, or for one thread, it reads one. Notes and bad lines are
+    /// reported beside the progress.
     ///
     /// # Errors
     /// Fails if reading fails; a bad line is an [`Entry`], not an error.
