@@ -118,9 +118,9 @@ mod tests {
         });
     }
 
-    /// Wanders from a free configuration along what keeps the links, in legs toward random
+    /// Walks from a free configuration along what keeps the links, in legs toward random
     /// configurations, so that a path back exists.
-    fn wander(solver: &Solver, keep: &[KeptLink], from: &Config, rng: &mut ChaCha8Rng) -> Config {
+    fn random_walk(solver: &Solver, keep: &[KeptLink], from: &Config, rng: &mut ChaCha8Rng) -> Config {
         let scene = solver.scene();
         let kept = LinkConstraint::all(scene, keep, from);
         let mut prover = Prover::new(solver.checker(), 1e-4, Deadline::default()).holding(&kept);
@@ -141,7 +141,7 @@ mod tests {
             let solver = Solver::new(builtin::scene(name).unwrap());
             let keep = KeptLink::from_text(solver.scene(), keep).unwrap();
             for from in labelled(solver.checker(), Label::Free, 12, 3) {
-                let to = wander(&solver, &keep, &from, &mut rng);
+                let to = random_walk(&solver, &keep, &from, &mut rng);
                 let options = PlanOptions::default().keep(keep.clone()).termination(Termination::after_checks(50_000));
                 let plan = solver.plan(&from, &to, &options).unwrap();
                 assert!(plan.is_found(), "{name} {keep:?}: {} checks", plan.checks);

@@ -30,12 +30,11 @@ pub struct StreamOptions {
     pub starts_per_frame: usize,
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind an obstacle while
-    /// another exit is nearer ([`Answer::nearest`]), or while the query is free; if that lasts, it
+    /// another exit is nearer ([`Answer::nearest`]), or while the query is free. If that lasts, it
     /// goes back along a path that is proved free ([`Answer::detour`]). If links are kept
     /// ([`QueryOptions::keep`]), it takes no detours. A frame in which it cannot keep them has no
-    /// answer, and the next one begins anew. It aims at
-    /// [`QueryOptions::clearance`], by default 0.5 mm more than the scene's, and `hysteresis` has
-    /// no effect.
+    /// answer, and the next one begins anew. It aims at [`QueryOptions::clearance`], by default 0.5
+    /// mm more than the scene's, and `hysteresis` has no effect.
     pub continuous: bool,
 }
 

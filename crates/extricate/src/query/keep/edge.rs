@@ -28,9 +28,9 @@ const MAX_HALVINGS: usize = 6;
 /// `w_i`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Bend {
-    /// Of the link's origin in the base's coordinates \[m\].
+    /// Bound for the link's origin in the base's coordinates \[m\].
     position: f64,
-    /// Of a unit vector that is fixed to the link.
+    /// Bound for a unit vector that is fixed to the link.
     direction: f64,
 }
 
