@@ -270,16 +270,19 @@ mod tests {
         let escapes = ExtricateEscapeOptions { toward: goal.as_ptr(), toward_count: 3, ..of_escapes() };
         let plans = ExtricatePlanOptions { threads: 5_000, ..of_plans() };
         let repairs = ExtricateRepairOptions { max_seconds: -1.0, ..of_repairs() };
+        let held = ExtricatePlanOptions { keep: c"elbow".as_ptr(), ..of_plans() };
         // SAFETY: the structures and the goal live.
         let messages = unsafe {
             [
                 escape(&escapes, &scene).unwrap_err().message,
                 plan(&plans, &scene).unwrap_err().message,
                 repair(&repairs, &scene).unwrap_err().message,
+                plan(&held, &scene).unwrap_err().message,
             ]
         };
         assert!(messages[0].starts_with("options.toward: configuration: `joint_1`"), "{messages:?}");
         assert!(messages[1].starts_with("options.threads: got 5000"), "{messages:?}");
         assert!(messages[2].starts_with("options.max_seconds: got -1"), "{messages:?}");
+        assert!(messages[3].contains("keep: got `elbow`"), "{messages:?}");
     }
 }

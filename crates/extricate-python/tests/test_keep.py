@@ -82,3 +82,27 @@ def test_a_batch_says_how_far_apart_pairs_are_that_have_to_touch() -> None:
         one = scene.query(q, touch=[("floor", "body")])
         assert one is not None and row["depth"] == one.depth and (row["witness"] == one.witness).all()
         assert row["kept"].tolist() == [list(one.kept[0])] and one.kept[0][0] <= 5e-4
+
+
+def test_paths_keep_the_tool_all_along() -> None:
+    scene = Scene.builtin("shelf-arm")
+    q = [1.4, -1.6, 0.6, 0.8, 0.5, -1.7, -2.2]
+    keep = {"link": "gripper", "pose": scene.poses(q, of=["gripper"])[0], "rotation": None}
+    escape = scene.escape(q, keep=keep, tolerance=0.005)
+    assert escape.points is not None and len(escape.points) > 4
+    back = np.concatenate([escape.points[::-1], escape.points[1:]])
+    repaired = scene.repair(back, keep=keep)
+    frames = scene.repair(back, keep={"link": "gripper", "rotation": None}, frames=True)
+    goal = scene.query(q, keep=keep)
+    assert goal is not None and repaired.points is not None and frames.points is not None
+    plan = scene.plan(repaired.points[0], escape.points[-1], keep=keep)
+    assert plan.points is not None and len(frames.points) == len(back)
+    for points in (escape.points, repaired.points, plan.points):
+        edges = zip(points, points[1:])
+        places = np.concatenate([[a + share * (b - a) for share in np.linspace(0, 1, 20)] for a, b in edges] or [points])
+        off = scene.poses(places, of=["gripper"])[:, 0, :3, 3] - keep["pose"][:3, 3]
+        assert np.linalg.norm(off, axis=1).max() <= 1.001e-4
+    with pytest.raises(ValueError, match="to: kept link `gripper`: got off by"):
+        scene.plan(escape.points[-1], np.zeros(7), keep=keep)
+    answer = Solver(scene, keep=keep).stream(continuous=True).query(q)
+    assert answer is not None and answer.kept[0][0] <= 1e-4

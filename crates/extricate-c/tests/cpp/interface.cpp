@@ -305,6 +305,18 @@ static void motions(const Scene& scene, const Rows& rows, const std::vector<Answ
     few.threads = 5000;
     CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { return solver.plan(start, goal, few); }), "options.threads: got 5000"));
 
+    extricate::PlanOptions held;
+    held.keep = "gripper";
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { return solver.plan(start, goal, held); }), "to: kept link `gripper`"));
+    held.keep = R"({"link": "gripper", "position": 10, "rotation": 4})";
+    CHECK(solver.plan(start, goal, held));
+    extricate::EscapeOptions gripping;
+    gripping.keep = R"({"link": "gripper", "axis": [0, 0, 1], "position": null, "rotation": 0.3})";
+    CHECK(solver.escape(rows[0], gripping) || solver.escape(rows[1], gripping) || solver.escape(rows[2], gripping));
+    extricate::RepairOptions nowhere;
+    nowhere.keep = "elbow";
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { return solver.repair(free, nowhere); }), "elbow"));
+
     // A straight path through obstacles.
     std::vector<double> path(free);
     path.insert(path.begin() + static_cast<std::ptrdiff_t>(nq), rows[0].begin(), rows[0].end());
