@@ -357,7 +357,9 @@ static void geometry(const Scene& scene, const Rows& rows, const std::vector<Ans
     CHECK(scene.always_colliding().empty());
     const std::vector<extricate::SignedDistance> signed_distances = solver.signed_distances(rows[0]);
     CHECK(signed_distances.size() == 1 && signed_distances[0].numbers.distance == -answers[0].depth());
-    CHECK(signed_distances[0].witness == answers[0].witness() && signed_distances[0].gradient.size() == scene.nv());
+    const auto nearest = answers[0].witness();
+    CHECK(std::equal(nearest.begin(), nearest.end(), signed_distances[0].witness.begin(), signed_distances[0].witness.end()));
+    CHECK(signed_distances[0].gradient.size() == scene.nv());
     CHECK(solver.free_radius(rows[0]) == 0);
     const std::vector<double> apart = scene.sample(2, extricate::Sample::free, 7);
     for (const extricate::SignedDistance& found : solver.signed_distances(apart)) {

@@ -9,6 +9,8 @@
 //! Analysis", section 2.1.4, doi:10.1007/978-0-387-21738-3. The bound on the second derivative is
 //! derived at [`Bend`].
 
+use std::f64::consts::PI;
+
 use super::LinkConstraint;
 use crate::kinematics::forward;
 use crate::math::Pose;
@@ -85,7 +87,8 @@ impl LinkConstraint {
         halvings: usize,
         place: &mut dyn FnMut(f64) -> Place,
     ) -> bool {
-        let allowed = [self.position, self.rotation.map(|angle| chord(angle.min(std::f64::consts::PI)))];
+        // No rotation is farther than half a turn.
+        let allowed = [self.position, self.rotation.filter(|angle| *angle < PI).map(chord)];
         let of = |place: &Place| [place.position, place.direction];
         let is_kept = |place: &Place| {
             let within = |(value, allowed): (f64, Option<f64>)| allowed.is_none_or(|most| value <= most);
