@@ -7,10 +7,11 @@
 
 The colliding queries are those of bench/held.py for which `query` finds a free configuration that holds the links. An escape may go 1 cm
 deeper. Where there is one, `repair` takes its path back and forth, and `plan` leads from its end to a free configuration that holds the
-links, found by a query from elsewhere. The arm may not be able to go there with the tool held, so not every plan can be found. A path
-counts if the judge finds each link within its tolerances at every place, and the free part free."""
+links, found by a query from elsewhere. Limits or collisions may keep the arm from going there with the tool held: the same plan is asked of a
+scene in which one pair alone is checked. A path counts if the judge finds each link within its tolerances at every place, and the free part free."""
 import argparse
 
+import extricate
 import numpy as np
 
 from held import ROWS, Row
@@ -18,6 +19,7 @@ from page import number, put, table
 from sides import ROOT, machine
 
 PLACES = 40
+ONE_PAIR = "plan, one pair checked"
 
 
 class Paths(Row):
@@ -39,9 +41,9 @@ class Paths(Row):
 
     def paths(self, count):
         """Returns for each kind of path whether it was found and held, its checks and points."""
-        found, rng = {"escape": [], "repair": [], "plan": []}, np.random.default_rng(3)
+        found, rng = {"escape": [], "repair": [], "plan": [], ONE_PAIR: []}, np.random.default_rng(3)
         note = lambda kind, path, held: found[kind].append((self.judged(path, held), path.checks, 0 if path.points is None else len(path.points)))
-        asked = 0
+        bare, asked = extricate.Solver(self.scene.disabled(list(self.scene.pairs)[1:])), 0
         for q in self.queries():
             q = np.asarray(q)
             held, keep = self.held(q)
@@ -55,7 +57,10 @@ class Paths(Row):
                 note("repair", self.solver.repair(back, keep=there), held)
                 goal = self.solver.query(rng.uniform(self.judge.low, self.judge.high), keep=there)
                 if goal is not None:
-                    note("plan", self.solver.plan(escape.points[-1], goal.witness, keep=there, max_checks=100_000), held)
+                    ends = escape.points[-1], goal.witness
+                    note("plan", self.solver.plan(*ends, keep=there, max_checks=100_000), held)
+                    other = bare.plan(*ends, keep=there, max_checks=100_000)
+                    found[ONE_PAIR].append((None if other.points is None else True, other.checks, 0 if other.points is None else len(other.points)))
             asked += 1
             if asked == count:
                 return found
@@ -79,7 +84,7 @@ def main():
     for row in ROWS:
         if row[0].startswith(options.only):
             measured += lines(row, Paths(*row).paths(options.count))
-            print(*measured[-3:], sep="\n", flush=True)
+            print(*measured[-4:], sep="\n", flush=True)
     text = table(["scene", "held", "path", "found", "checks, median", "points, median"], measured)
     if not options.only:
         put(ROOT / "docs" / "benchmarks" / "motion.md", "bench/held_paths.py", f"Machine: {machine()}, shared and noisy.\n\n{text}", "Motions")
