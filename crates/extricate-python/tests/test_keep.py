@@ -93,16 +93,22 @@ def test_paths_keep_the_tool_all_along() -> None:
     back = np.concatenate([escape.points[::-1], escape.points[1:]])
     repaired = scene.repair(back, keep=keep)
     frames = scene.repair(back, keep={"link": "gripper", "rotation": None}, frames=True)
-    goal = scene.query(q, keep=keep)
-    assert goal is not None and repaired.points is not None and frames.points is not None
-    plan = scene.plan(repaired.points[0], escape.points[-1], keep=keep)
-    assert plan.points is not None and len(frames.points) == len(back)
-    for points in (escape.points, repaired.points, plan.points):
-        edges = zip(points, points[1:])
-        places = np.concatenate([[a + share * (b - a) for share in np.linspace(0, 1, 20)] for a, b in edges] or [points])
-        off = scene.poses(places, of=["gripper"])[:, 0, :3, 3] - keep["pose"][:3, 3]
+    assert repaired.points is not None and frames.points is not None and len(frames.points) == len(back)
+    home = np.array([0, 0.3, 0, 1.2, 0, 0.8, 0])
+    there = {"link": "gripper", "pose": scene.poses(home, of=["gripper"])[0]}
+    goal = scene.query(np.array([1.0, 0.3, 0, 1.2, 0, 0.8, 0]), keep=there)
+    assert goal is not None
+    plan = scene.plan(home, goal.witness, keep=there)
+    assert plan.points is not None and plan.length > 0.5
+    for points, held in ((escape.points, keep), (repaired.points, keep), (plan.points, there)):
+        assert len(points) > 2
+        shares = np.linspace(0, 1, 20)[:, None]
+        places = np.concatenate([a + shares * (b - a) for a, b in zip(points, points[1:])])
+        off = scene.poses(places, of=["gripper"])[:, 0, :3, 3] - held["pose"][:3, 3]
         assert np.linalg.norm(off, axis=1).max() <= 1.001e-4
-    with pytest.raises(ValueError, match="to: kept link `gripper`: got off by"):
+    with pytest.raises(ValueError, match="max_step: got 0.1, expected none with `keep`"):
+        scene.repair(back, keep="gripper", frames=True, max_step=0.1)
+    with pytest.raises(ValueError, match="goal: kept link `gripper`: got off by"):
         scene.plan(escape.points[-1], np.zeros(7), keep=keep)
     answer = Solver(scene, keep=keep).stream(continuous=True).query(q)
     assert answer is not None and answer.kept[0][0] <= 1e-4

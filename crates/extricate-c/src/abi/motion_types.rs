@@ -74,7 +74,7 @@ pub struct ExtricatePlanOptions {
     /// 1e-3 by default.
     pub tolerance: f64,
     /// Links that keep their places at the start, or at given poses, all along the path, as in
-    /// ExtricateOptions; null by default, for none.
+    /// ExtricateOptions; null by default, for none. Such plans neither use nor extend a roadmap.
     pub keep: *const c_char,
     /// Clearance to which the points of the free part are pushed off: 0 to 1e9 \[m\]; nan by
     /// default, which leaves the path short.
@@ -113,7 +113,7 @@ pub struct ExtricateRepairOptions {
     /// Whether the rows are frames of a motion, so that the result has one point for each, at the
     /// same time: 0 or 1; 0 by default.
     pub frames: u32,
-    /// With `frames`: the longest step from frame to frame, in the scene's metric: more than 0;
+    /// With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's metric: more than 0;
     /// infinity by default, for no limit. The result lags behind steps that are longer.
     pub max_step: f64,
     /// With `frames`: pairs that are at most this far apart beyond the clearance in a row, or

@@ -307,7 +307,7 @@ static void motions(const Scene& scene, const Rows& rows, const std::vector<Answ
 
     extricate::PlanOptions held;
     held.keep = "gripper";
-    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { return solver.plan(start, goal, held); }), "to: kept link `gripper`"));
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { return solver.plan(start, goal, held); }), "goal: kept link `gripper`"));
     held.keep = R"({"link": "gripper", "position": 10, "rotation": 4})";
     CHECK(solver.plan(start, goal, held));
     extricate::EscapeOptions gripping;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use extricate::parts::disable_list;
-use extricate::{Checker, Config, Label, Model, Sampler, Scene, Solver, files};
+use extricate::{Checker, Config, KeptLink, Label, Model, Sampler, Scene, Solver, files};
 
 use crate::args::{Cli, Command, LoadArgs};
 use crate::notice;
@@ -116,6 +116,11 @@ fn tell_warnings(scene: &Scene) {
     for warning in scene.warnings() {
         notice::warning(warning);
     }
+}
+
+/// Reads the links of `--keep`.
+pub fn kept_links(text: Option<&str>, scene: &Scene) -> extricate::Result<Vec<KeptLink>> {
+    text.map_or_else(|| Ok(Vec::new()), |text| KeptLink::from_text(scene, text))
 }
 
 #[cfg(test)]

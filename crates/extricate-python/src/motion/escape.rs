@@ -40,7 +40,7 @@ pub fn escape<'py>(handle: &Handle, q: &Bound<'py, PyAny>, keywords: Keywords<'p
         .seed(seed)
         .termination(termination(max_checks, max_seconds)?.stop(watch.stop()));
     options.aim = aim;
-    options.keep = keep.map_or_else(|| Ok(Vec::new()), |keep| kept_links(keep, scene))?;
+    options.keep = kept_links(keep, scene)?;
     options.toward = toward.map(|goal| config("toward", &goal, scene)).transpose()?;
     let solver = handle.ready(py)?;
     let found = py.detach(|| watch.over(|| solver.escape(&q, &options)))?.map_err(exception)?;

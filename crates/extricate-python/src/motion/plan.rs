@@ -45,7 +45,7 @@ pub fn plan<'py>(
         .threads(thread_count(threads)?)
         .termination(termination(max_checks, max_seconds)?);
     options.clearance = clearance;
-    options.keep = keep.map_or_else(|| Ok(Vec::new()), |keep| kept_links(keep, scene))?;
+    options.keep = kept_links(keep, scene)?;
     let solver = handle.ready(py)?;
     let busy = || PyValueError::new_err("roadmap: got one that another thread is using, expected one for each");
     let kept = roadmap.as_ref().map(|roadmap| roadmap.get());

@@ -37,7 +37,7 @@ pub fn repair<'py>(handle: &Handle, path: &Bound<'py, PyAny>, keywords: Keywords
     let termination = termination(max_checks, max_seconds)?.stop(watch.stop());
     let mut options = RepairOptions::default().resolution(resolution).seed(seed).termination(termination);
     (options.aim, options.max_deviation) = (aim, max_deviation);
-    options.keep = keep.map_or_else(|| Ok(Vec::new()), |keep| kept_links(keep, scene))?;
+    options.keep = kept_links(keep, scene)?;
     (options.frames, options.max_step, options.touch) = (frames, max_step, touch);
     let solver = handle.ready(py)?;
     let repair = || solver.repair(Rows::new(&old, space.nq())?, &options);

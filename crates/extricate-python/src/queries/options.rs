@@ -280,7 +280,7 @@ impl<'py> Given<'py> {
     }
 
     fn keep(&self, scene: &Scene) -> PyResult<Vec<KeptLink>> {
-        self.value("keep")?.map_or_else(|| Ok(Vec::new()), |value| kept_links(value, scene))
+        kept_links(self.value("keep")?, scene)
     }
 
     fn toward(&self, scene: &Scene) -> PyResult<Option<Toward>> {
@@ -347,12 +347,13 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
     weights.items()?.iter().map(read).collect()
 }
 
-/// Reads kept links: a name or a mapping, or a sequence of these.
+/// Reads kept links: a name or a mapping, a sequence of these, or none.
 ///
 /// # Errors
 /// `TypeError` for values of other types; `ValueError` for what is not in the scene or makes no
 /// sense.
-pub fn kept_links(value: Bound<'_, PyAny>, scene: &Scene) -> PyResult<Vec<KeptLink>> {
+pub fn kept_links(value: Option<Bound<'_, PyAny>>, scene: &Scene) -> PyResult<Vec<KeptLink>> {
+    let Some(value) = value else { return Ok(Vec::new()) };
     let is_one = value.is_instance_of::<PyString>() || value.cast::<PyMapping>().is_ok();
     let entries: Vec<Bound<'_, PyAny>> = if is_one { vec![value] } else { extracted("keep", &value)? };
     entries.iter().map(|entry| kept_link(entry, scene)).collect()

@@ -8,9 +8,9 @@ use clap::Args;
 use extricate::{Escape, EscapeMethod, EscapeOptions, Scene};
 use serde::Serialize;
 
-use super::{config, kept_links};
+use super::config;
 use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
-use crate::commands::{load_solver, with_advice};
+use crate::commands::{kept_links, load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;

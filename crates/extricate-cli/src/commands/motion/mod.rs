@@ -6,15 +6,10 @@ pub mod plan;
 pub mod repair;
 
 use anyhow::Context;
-use extricate::{Config, KeptLink, Scene};
+use extricate::{Config, Scene};
 
 use crate::input::Configs;
 use crate::notice;
-
-/// Reads the links that a motion keeps.
-fn kept_links(text: Option<&str>, scene: &Scene) -> extricate::Result<Vec<KeptLink>> {
-    text.map_or_else(|| Ok(Vec::new()), |text| KeptLink::from_text(scene, text))
-}
 
 /// Parses the configuration of an option.
 fn config(name: &str, word: &str, scene: &Scene) -> anyhow::Result<Config> {

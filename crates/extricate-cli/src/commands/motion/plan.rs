@@ -9,9 +9,9 @@ use extricate::files::{OutputLock, check_not_read, check_roadmap_output, load_ro
 use extricate::{Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop};
 use serde::Serialize;
 
-use super::{config, escape, kept_links};
+use super::{config, escape};
 use crate::args::{self, LoadArgs, length, seconds, seed, threads, whole};
-use crate::commands::load_solver;
+use crate::commands::{kept_links, load_solver};
 use crate::interrupt::{StopOnInterrupt, uninterrupted};
 use crate::notice;
 use crate::output::Output;
@@ -52,7 +52,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
     /// Links that keep their places at the start, all along the path: a name or JSON, as for `query
-    /// --keep`
+    /// --keep`. The roadmap is then neither used nor extended
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
     /// Clearance in metres to which points of the free path are pushed off, or as much of it as

@@ -7,9 +7,8 @@ use clap::Args;
 use extricate::{RepairOptions, Repaired, Rows, Scene};
 use serde::Serialize;
 
-use super::kept_links;
 use crate::args::{self, LoadArgs, length, seconds, seed, whole};
-use crate::commands::load_solver;
+use crate::commands::{kept_links, load_solver};
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;
@@ -53,7 +52,7 @@ pub struct RepairArgs {
     /// 0.5 mm off what it touches unless --aim says otherwise
     #[arg(long)]
     frames: bool,
-    /// With --frames: longest step from frame to frame, in the scene's metric; the result lags
+    /// With --frames, but not with --keep: longest step from frame to frame, in the scene's metric; the result lags
     /// behind longer steps
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     max_step: Option<f64>,

@@ -2,9 +2,10 @@
 
 use anyhow::Context;
 use clap::Args;
-use extricate::{KeptLink, QueryOptions, Scene, Solver};
+use extricate::{QueryOptions, Scene, Solver};
 
 use crate::args::{goal_to_come, length, share_or_more};
+use crate::commands::kept_links;
 use crate::input::Configs;
 
 /// Options that decide which configurations count as answers.
@@ -65,9 +66,7 @@ impl ConstraintArgs {
             let free = scene.joints_named("--free", self.free.iter().map(String::as_str))?;
             options.locked = (0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect();
         }
-        if let Some(keep) = &self.keep {
-            options.keep = KeptLink::from_text(scene, keep)?;
-        }
+        options.keep = kept_links(self.keep.as_deref(), scene)?;
         let named = |[a, b]: &[String; 2]| scene.pair_named("--touch", [a, b]);
         options.touch = self.touch.iter().map(named).collect::<extricate::Result<_>>()?;
         if let (Some(words), Some(toward)) = (&self.toward, &mut options.toward) {

@@ -8,6 +8,13 @@ use crate::cspace::Label;
 use crate::query::keep::LinkConstraint;
 use crate::query::{Deadline, Termination};
 
+/// An edge that has to bend is halved at most this often: 4,096 pieces suffice for half a turn at
+/// tolerances of 1e-7.
+const MAX_HALVINGS: usize = 12;
+/// A projected middle that is farther from an end than this share of the edge is on another branch
+/// of the links' places: halves would not become short.
+const MAX_HALF_SHARE: f64 = 0.75;
+
 /// Evaluates a set of configurations: the free ones, or those that a checker with other clearances
 /// of its pairs ([`Checker::with_floors`]) calls free. Links may have to be kept besides.
 pub struct Prover<'a> {
@@ -19,7 +26,7 @@ pub struct Prover<'a> {
     /// Number of configurations evaluated so far.
     pub checks: usize,
     limit: Deadline,
-    pub(super) held: Held,
+    held: Held,
 }
 
 impl<'a> Prover<'a> {
@@ -76,10 +83,11 @@ impl<'a> Prover<'a> {
         proved.is_free
     }
 
-    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if
-    /// links need not be kept. Both ends have to be in the set.
+    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if links
+    /// need not be kept. `a` has to be in the set.
     pub fn join(&mut self, a: &[f64], b: &[f64]) -> Option<Vec<Vec<f64>>> {
-        if !self.held.is_empty() && !self.holds(b) {
+        // Many proofs of short edges are saved if the end is not in the set.
+        if self.is_held() && !self.holds(b) {
             return None;
         }
         let (way, is_there) = self.advance(a, b);
@@ -89,20 +97,39 @@ impl<'a> Prover<'a> {
     /// As [`Prover::join`], but returns how far it comes if it does not come to `b`, and whether it
     /// does.
     pub fn advance(&mut self, a: &[f64], b: &[f64]) -> (Vec<Vec<f64>>, bool) {
-        if self.held.is_empty() {
-            let is_proved = self.proves(a, b);
-            return (if is_proved { vec![b.to_vec()] } else { Vec::new() }, is_proved);
-        }
         let mut way = Vec::new();
-        let is_bent = self.held.bend(self.checker.scene(), [a, b], &mut way);
-        let (mut from, mut proved) = (a, 0);
-        while proved < way.len() && !self.is_spent() && self.proves_free(from, &way[proved]) {
-            from = &way[proved];
-            proved += 1;
-        }
-        let is_there = is_bent && proved == way.len();
-        way.truncate(proved);
+        let is_there = self.bend([a, b], MAX_HALVINGS, &mut way);
         (way, is_there)
+    }
+
+    /// Appends the configurations of [`Prover::advance`], with at most this many halvings of the
+    /// edge; returns whether the last is its end.
+    fn bend(&mut self, [a, b]: [&[f64]; 2], halvings: usize, way: &mut Vec<Vec<f64>>) -> bool {
+        let space = &self.checker.scene().space;
+        if self.held.keeps_edge(self.checker.scene(), a, b) {
+            let is_proved = self.proves_free(a, b);
+            way.extend(is_proved.then(|| b.to_vec()));
+            return is_proved;
+        }
+        let mut middle = a.to_vec();
+        space.interpolate(a, b, 0.5, &mut middle);
+        if halvings == 0 || self.is_spent() || !self.project(&mut middle) {
+            return false;
+        }
+        let halves = [[a, &middle[..]], [&middle[..], b]];
+        let most = MAX_HALF_SHARE * space.distance(a, b);
+        halves.iter().all(|[from, to]| space.distance(from, to) <= most)
+            && halves.into_iter().all(|half| !self.is_spent() && self.bend(half, halvings - 1, way))
+    }
+
+    /// Whether links have to be kept.
+    pub fn is_held(&self) -> bool {
+        !self.held.is_empty()
+    }
+
+    /// Whether `q` keeps the links.
+    pub fn keeps(&mut self, q: &[f64]) -> bool {
+        self.held.keeps(self.checker.scene(), q)
     }
 
     /// Moves `q` to a configuration nearby that keeps the links; counts as a check if there are

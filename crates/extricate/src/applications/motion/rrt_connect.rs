@@ -19,7 +19,8 @@ const SLIDE_STEPS: usize = 40;
 const SLIDE_STEP_SHARE: f64 = 0.2;
 /// A node failed if the tree comes nearer by less than this share of a slide's longest step.
 const STUCK_SHARE: f64 = 0.2;
-/// The step of a straight edge ends if projecting it leaves less than this share of its gain.
+/// A tree stops growing toward a target if projecting a step leaves less than this share of its
+/// gain, as in a corner of what keeps the links.
 const MIN_GAIN_SHARE: f64 = 0.1;
 /// Nearest nodes among which the one that failed least for its distance grows.
 const CANDIDATES: usize = 16;
@@ -167,8 +168,8 @@ impl<'a> Tree<'a> {
             if distance > range {
                 let share = range / distance;
                 space.interpolate(&from, target, share, &mut to);
-                let whole = space.distance(&from, target);
-                if !prover.project(&mut to) || space.distance(&to, target) > (1.0 - MIN_GAIN_SHARE * share) * whole {
+                let most = (1.0 - MIN_GAIN_SHARE * share) * space.distance(&from, target);
+                if prover.is_held() && !(prover.project(&mut to) && space.distance(&to, target) <= most) {
                     break;
                 }
             }

@@ -27,7 +27,7 @@ const MIN_GAIN_SHARE: f64 = 2e-3;
 /// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280.
 pub fn shortcut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) {
     // Edges that keep links have many points, and joining two of them takes many checks.
-    let per_point = if prover.held.is_empty() { ATTEMPTS_PER_POINT } else { 0 };
+    let per_point = if prover.is_held() { 0 } else { ATTEMPTS_PER_POINT };
     let attempts = MIN_ATTEMPTS.max(per_point * points.len());
     for _ in 0..attempts {
         if points.len() < 3 || prover.is_spent() {
@@ -66,7 +66,7 @@ fn cut(prover: &mut Prover, metric: &Metric, points: &mut Vec<Vec<f64>>, rng: &m
     drawn.sort_by(f64::total_cmp);
     let factor = rng.random_bool(0.5).then(|| rng.random_range(0..space.factors().len()));
     // With one factor replaced, a configuration does not keep its links.
-    let factor = factor.filter(|_| prover.held.is_empty());
+    let factor = factor.filter(|_| !prover.is_held());
     let [(first, from), (last, to)] = drawn.map(|along| at_length(space, points, &lengths, along));
     if first == last {
         return false;

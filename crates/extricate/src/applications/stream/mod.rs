@@ -51,7 +51,8 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Answers the next frame; returns `None` as [`Solver::query`] does.
+    /// Answers the next frame; returns `None` as [`Solver::query`] does, and if the proxy of a
+    /// continuous stream cannot keep the links.
     ///
     /// # Guarantee
     /// The guarantee of [`Solver::query`] holds. While the query stands still, all starts of a

@@ -67,9 +67,16 @@ impl Proxy {
             self.is_tight = false;
             let aimed = Context { checker: &checker, clearance, ..*context };
             self.settle(context, &aimed, evaluator);
+            let settled = self.config.clone();
             self.go_toward(context, &aimed, anchor, evaluator);
+            let has_moved = self.config != settled;
             self.settle(context, &aimed, evaluator);
-            if !self.is_tight || self.config != before {
+            // The parts of the move are proved, but not the straight segment over all of them.
+            let is_bent = !context.kept.is_empty() && self.config != before;
+            if is_bent && proved(context, &aimed, (&before, &self.config), evaluator) < 1.0 {
+                self.config.copy_from_slice(&settled);
+            }
+            if !self.is_tight || has_moved {
                 break;
             }
         }
@@ -209,8 +216,8 @@ impl Proxy {
     }
 }
 
-/// Whether a configuration is free, whether or not links are kept there: the way of a proxy to
-/// where they are need not keep them.
+/// Whether a configuration is free, even if links are off there: they may be on the way of a proxy.
+/// What [`Evaluator::label`] remembers as free may be so for other links.
 pub fn is_free(context: &Context, q: &[f64], evaluator: &mut Evaluator) -> bool {
     if context.kept.is_empty() {
         return evaluator.label(context, q) == Label::Free;

@@ -32,6 +32,13 @@ const RIGID_TOLERANCE: f64 = 1e-5;
 /// Searches aim at this share of a tolerance, so that rounding does not matter.
 const AIM_SHARE: f64 = 0.9;
 
+/// Share of a small tolerance that is left to points, so that edges between them may bend by the
+/// rest.
+const NARROW_SHARE: f64 = 0.1;
+/// Most that edges may bend \[m\] and \[rad\]: with this much they are some 0.2 rad long.
+const ROOM_M: f64 = 5e-3;
+const ROOM_RAD: f64 = 5e-2;
+
 /// A link that a query keeps in place ([`super::QueryOptions::keep`]): where it is at the query, or
 /// at a given pose.
 ///
@@ -202,7 +209,7 @@ impl LinkConstraint {
                 let KeptError { position, rotation } = kept[off].error(&poses);
                 return Err(Error::Config {
                     element: format!("{name}: kept link `{}`", scene.links[keep[off].link].name),
-                    value: format!("off by {position} m and {rotation} rad"),
+                    value: format!("off by {position:.1e} m and {rotation:.1e} rad"),
                     expected: "at its place, within the tolerances of `keep`".into(),
                 });
             }
@@ -210,10 +217,12 @@ impl LinkConstraint {
         Ok(kept)
     }
 
-    /// Returns the same constraint with this share of its tolerances.
-    pub fn narrowed(&self, share: f64) -> Self {
-        let narrow = |tolerance: Option<f64>| tolerance.map(|tolerance| share * tolerance);
-        Self { position: narrow(self.position), rotation: narrow(self.rotation), ..self.clone() }
+    /// Returns the same constraint with narrower tolerances, which leave room for edges to bend:
+    /// nine tenths of a tolerance, or what edges of usual lengths need if that is less.
+    pub fn narrowed(&self) -> Self {
+        let narrow = |tolerance: Option<f64>, room: f64| tolerance.map(|most| (NARROW_SHARE * most).max(most - room));
+        let (position, rotation) = (narrow(self.position, ROOM_M), narrow(self.rotation, ROOM_RAD));
+        Self { position, rotation, ..self.clone() }
     }
 
     fn offset(&self, poses: &[Pose]) -> Offset {

@@ -103,9 +103,9 @@ impl EscapeOptions {
 pub enum EscapeMethod {
     /// The query is free.
     Free,
-    /// A straight edge to the nearest exit.
+    /// A straight edge to the nearest exit, bent if links are kept.
     Nearest,
-    /// A straight edge to another exit.
+    /// The same to another exit.
     Exit,
     /// The colliding pairs were separated step by step.
     Pushed,

@@ -28,7 +28,7 @@ pub fn push(search: &mut Search, clearance: f64) -> PartedPairs {
         let next = f64::min(1.0, share + step);
         let checker = search.relaxed.raised(search.context.checker, clearance, next);
         let Context { metric, balls, kept, .. } = *search.context;
-        let context = Context { kept, ..Context::new(&checker, metric, balls, None) };
+        let context = Context::new(&checker, metric, balls, None).keeping(kept);
         let options =
             QueryOptions { starts: Some(STARTS_PER_STEP), termination: search.left(), ..QueryOptions::default() };
         let here = points[points.len() - 1].clone();

@@ -55,7 +55,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`Error::Config`] if an end lies beyond a limit, or a link that is to be kept is off there;
-    /// the end is named `from` or `to`. [`Error::Option`] for an option that makes no sense.
+    /// the message names the end. [`Error::Option`] for an option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
         self.plan_in(&mut roadmap, false, [from, to], options)
@@ -77,7 +77,7 @@ impl Solver {
         let scene = self.scene();
         roadmap.check(&scene.space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
-        let kept = LinkConstraint::kept_at(scene, &options.keep, &[("from", ends[0]), ("to", ends[1])])?;
+        let kept = LinkConstraint::kept_at(scene, &options.keep, &[("start", ends[0]), ("goal", ends[1])])?;
         let prover = Prover::new(self.checker(), options.resolution, limit.clone()).holding(&kept);
         for (name, end) in ["from", "to"].into_iter().zip(ends) {
             if let Some(at) = scene.space.outside(end).next() {

@@ -93,7 +93,7 @@ impl PlanOptions {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum PlanMethod {
-    /// The straight edge between the ends.
+    /// The straight edge between the ends, bent if links are kept.
     Straight,
     /// Trees from both ends (RRT-Connect).
     Trees,

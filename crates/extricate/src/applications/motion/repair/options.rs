@@ -30,8 +30,9 @@ pub struct RepairOptions {
     pub keep: Vec<KeptLink>,
     /// Whether the rows are frames of a motion: the result has one row for each, at the same time.
     pub frames: bool,
-    /// With [`RepairOptions::frames`]: the longest step from frame to frame, in metric units. The
-    /// result lags behind steps that are longer. `None` means no limit.
+    /// With [`RepairOptions::frames`], but not with [`RepairOptions::keep`]: the longest step from
+    /// frame to frame, in metric units. The result lags behind steps that are longer. `None` means
+    /// no limit.
     pub max_step: Option<f64>,
     /// With [`RepairOptions::frames`]: pairs that are at most this far apart \[m\] beyond the
     /// clearance in a row, or overlap there, stay as near in the result if they can. The default of
@@ -91,6 +92,10 @@ impl RepairOptions {
                 let expected = "none without `frames`, and more than 0 with it".into();
                 return Err(Error::Option { name, value: value.to_string(), expected });
             }
+        }
+        if let Some(value) = self.max_step.filter(|_| !self.keep.is_empty()) {
+            let expected = "none with `keep`: a result that lags behind keeps no link".into();
+            return Err(Error::Option { name: "max_step", value: value.to_string(), expected });
         }
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, value)) => {

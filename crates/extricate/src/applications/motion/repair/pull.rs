@@ -122,7 +122,11 @@ impl Repairer<'_> {
             if self.prover.is_spent() {
                 return;
             }
-            let is_proved = self.prover.project(&mut moved)
+            // A projected point may be farther from the old path than before.
+            let is_near = self.prover.keeps(&moved)
+                || self.prover.project(&mut moved)
+                    && self.deviation(&(points[at].0, moved.clone())) < self.deviation(&points[at]);
+            let is_proved = is_near
                 && self.prover.proves(&points[at - 1].1, &moved)
                 && self.prover.proves(&points[at + 1].1, &moved);
             if is_proved {

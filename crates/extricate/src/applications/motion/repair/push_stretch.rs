@@ -24,11 +24,18 @@ impl Repairer<'_> {
         let length = self.old.length_between(from, to);
         let steps = (length / (STEP_SHARE * self.context.metric.diameter())).ceil() as usize;
         let count = if to > from { steps.max(MIN_STEPS) } else { 0 };
+        let place = |k: usize| if k == count { to } else { from + (to - from) * k as f64 / count as f64 };
+        let mut places: Vec<f64> = (0..=count).map(place).collect();
+        if self.prover.is_held() {
+            // Rows may keep links between which straight edges do not.
+            places.extend(self.old.rows_between(from, to).map(|row| row as f64));
+            places.sort_by(f64::total_cmp);
+            places.dedup();
+        }
         self.stream.restart();
         let mut pushed = PushedStretch { points: Vec::new(), is_joined: Vec::new() };
-        for k in 0..=count {
-            let place = if k == count { to } else { from + (to - from) * k as f64 / count as f64 };
-            let is_end = k == 0 || k == count;
+        for (k, place) in places.iter().copied().enumerate() {
+            let is_end = k == 0 || k + 1 == places.len();
             let Some(q) = self.beside(place, is_end) else {
                 // Trees can replace what lies between two free ends, but not an end.
                 if is_end || self.prover.is_spent() {
@@ -44,7 +51,8 @@ impl Repairer<'_> {
         Some(pushed)
     }
 
-    /// Returns the old configuration if it is free, else the one that the stream leads to.
+    /// Returns the old configuration if it is free, or one nearby that keeps the links; else the one
+    /// that the stream leads to.
     fn beside(&mut self, place: f64, is_end: bool) -> Option<Vec<f64>> {
         let q = self.old.at(place);
         if self.prover.is_spent() {
@@ -55,6 +63,10 @@ impl Repairer<'_> {
                 self.stream.restart();
             }
             return Some(q);
+        }
+        let mut near = q.clone();
+        if self.prover.is_held() && self.prover.project(&mut near) && self.prover.holds(&near) {
+            return Some(near);
         }
         let config = self.context.checker.scene().space.config(&q).ok()?;
         self.next_beside(&config)
