@@ -582,7 +582,7 @@ typedef struct ExtricatePlanOptions {
     // 1e-3 by default.
     double tolerance;
     // Links that keep their places at the start, or at given poses, all along the path, as in
-    // ExtricateOptions; null by default, for none.
+    // ExtricateOptions; null by default, for none. Such plans neither use nor extend a roadmap.
     const char *keep;
     // Clearance to which the points of the free part are pushed off: 0 to 1e9 [m]; nan by
     // default, which leaves the path short.
@@ -638,7 +638,7 @@ typedef struct ExtricateRepairOptions {
     // Whether the rows are frames of a motion, so that the result has one point for each, at the
     // same time: 0 or 1; 0 by default.
     uint32_t frames;
-    // With `frames`: the longest step from frame to frame, in the scene's metric: more than 0;
+    // With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's metric: more than 0;
     // infinity by default, for no limit. The result lags behind steps that are longer.
     double max_step;
     // With `frames`: pairs that are at most this far apart beyond the clearance in a row, or

@@ -113,8 +113,9 @@ pub struct ExtricateRepairOptions {
     /// Whether the rows are frames of a motion, so that the result has one point for each, at the
     /// same time: 0 or 1; 0 by default.
     pub frames: u32,
-    /// With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's metric: more than 0;
-    /// infinity by default, for no limit. The result lags behind steps that are longer.
+    /// With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's
+    /// metric: more than 0; infinity by default, for no limit. The result lags behind steps that
+    /// are longer.
     pub max_step: f64,
     /// With `frames`: pairs that are at most this far apart beyond the clearance in a row, or
     /// overlap there, stay as near if they can: more than 0 \[m\]; nan by default, which keeps no

@@ -258,8 +258,8 @@ macro_rules! calls {
             /// as `query` does. All that it reports of the path is proved for every configuration
             /// between, not for samples.
             ///
-            /// Raises ValueError for a wrong shape, values beyond limits, kept links that are off at q,
-            /// options that make no sense.
+            /// Raises ValueError for a wrong shape, values beyond limits, kept links that are off
+            /// at q, options that make no sense.
             #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, keep = None, toward = None, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, keep=None, toward=None, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
             fn escape<'py>(
                 &self,
@@ -298,8 +298,8 @@ macro_rules! calls {
             ///
             /// Returns a `Plan`; its `points` are None if no path was found.
             ///
-            /// Raises ValueError for a wrong shape, ends beyond their limits, kept links that are off at
-            /// an end, options that make no sense.
+            /// Raises ValueError for a wrong shape, ends beyond their limits, kept links that are
+            /// off at an end, options that make no sense.
             #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, tolerance = 1e-3, keep = None, clearance = None, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, tolerance=1e-3, keep=None, clearance=None, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
             fn plan<'py>(
                 &self,
@@ -333,8 +333,8 @@ macro_rules! calls {
             ///     path; as in `query`. With frames, each row keeps them where it has them.
             /// frames: whether the rows are frames of a motion. The result then has one row for
             ///     each, at the same time, 0.5 mm off what it touches unless `aim` says otherwise.
-            /// max_step: with frames, but not with keep, the longest step from row to row, in the scene's metric. The
-            ///     result lags behind longer steps. None for no limit.
+            /// max_step: with frames, but not with keep, the longest step from row to row, in the
+            ///     scene's metric. The result lags behind longer steps. None for no limit.
             /// touch: with frames, pairs of bodies that are at most this far apart [m] beyond the
             ///     clearance in a row, or overlap there, stay as near if they can, such as a sole
             ///     and the ground. The default of `aim` is then at most half of it. None keeps no

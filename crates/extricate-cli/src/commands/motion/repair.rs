@@ -52,8 +52,8 @@ pub struct RepairArgs {
     /// 0.5 mm off what it touches unless --aim says otherwise
     #[arg(long)]
     frames: bool,
-    /// With --frames, but not with --keep: longest step from frame to frame, in the scene's metric; the result lags
-    /// behind longer steps
+    /// With --frames, but not with --keep: longest step from frame to frame, in the scene's metric;
+    /// the result lags behind longer steps
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true, requires = "frames")]
     max_step: Option<f64>,
     /// With --frames, keep contacts: pairs of bodies that are at most this far beyond the clearance

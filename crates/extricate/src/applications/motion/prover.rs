@@ -83,8 +83,8 @@ impl<'a> Prover<'a> {
         proved.is_free
     }
 
-    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if links
-    /// need not be kept. `a` has to be in the set.
+    /// Returns configurations that proved edges join, from `a` (left out) to `b`: `b` alone if
+    /// links need not be kept. `a` has to be in the set.
     pub fn join(&mut self, a: &[f64], b: &[f64]) -> Option<Vec<Vec<f64>>> {
         // Many proofs of short edges are saved if the end is not in the set.
         if self.is_held() && !self.holds(b) {

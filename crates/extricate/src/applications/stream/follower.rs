@@ -150,8 +150,8 @@ impl Follower {
         self.scratch.checks()
     }
 
-    /// Answers the next frame; returns `None` if [`super::query`] would, or if the proxy cannot keep
-    /// the links.
+    /// Answers the next frame; returns `None` if [`super::query`] would, or if the proxy cannot
+    /// keep the links.
     ///
     /// # Guarantee
     /// The guarantee of [`super::query`] holds. While the query stands still, successive frames try

@@ -308,8 +308,9 @@ mod tests {
         }
     }
 
-    /// The queries move at random, and each holds the gripper where it has it. A frame has an answer if the
-    /// proxy could follow; between answers of successive frames it moved where all is proved free.
+    /// The queries move at random, and each holds the gripper where it has it. A frame has an
+    /// answer if the proxy could follow; between answers of successive frames it moved where all is
+    /// proved free.
     #[test]
     fn a_proxy_keeps_links_or_has_no_answer() {
         let world = Prepared::new(builtin::scene("shelf-arm").unwrap());

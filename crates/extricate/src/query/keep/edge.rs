@@ -203,8 +203,8 @@ mod tests {
     use crate::scene::assemble::assemble;
     use crate::scene::builtin;
 
-    /// A mast and a crane on one base, each with revolute and prismatic joints, some of which follow
-    /// others; the crane has more joints.
+    /// A mast and a crane on one base, each with revolute and prismatic joints, some of which
+    /// follow others; the crane has more joints.
     fn crane() -> Scene {
         let joint = |[name, kind, parent, child]: [&str; 4], [xyz, axis]: [&str; 2], mimic: &str| {
             format!(

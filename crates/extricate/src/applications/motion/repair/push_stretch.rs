@@ -51,8 +51,8 @@ impl Repairer<'_> {
         Some(pushed)
     }
 
-    /// Returns the old configuration if it is free, or one nearby that keeps the links; else the one
-    /// that the stream leads to.
+    /// Returns the old configuration if it is free, or one nearby that keeps the links; else the
+    /// one that the stream leads to.
     fn beside(&mut self, place: f64, is_end: bool) -> Option<Vec<f64>> {
         let q = self.old.at(place);
         if self.prover.is_spent() {
