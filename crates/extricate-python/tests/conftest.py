@@ -1,6 +1,7 @@
 """Fixtures of the tests: small built-in scenes and models, learned once."""
 
 import signal
+import time
 from typing import Any, Callable
 
 import numpy as np
@@ -14,6 +15,8 @@ import extricate
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LABELS = 20_000
+# Seconds that a node of Ray may take to start. Ray's own limit is 30, which a busy machine exceeds.
+RAY_START_SECONDS = 300
 
 
 def batch_of(asked: Any) -> Callable[..., npt.NDArray[np.void]]:
@@ -35,3 +38,29 @@ def model(planar: extricate.Scene) -> extricate.Model:
 @pytest.fixture(scope="session")
 def arm() -> extricate.Scene:
     return extricate.Scene.builtin("shelf-arm")
+
+
+@pytest.fixture
+def patient_ray(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gives nodes of Ray `RAY_START_SECONDS` to start."""
+    # These are for the processes of a node; they are read when such a process starts.
+    monkeypatch.setenv("RAY_gcs_server_port_wait_time_s", str(RAY_START_SECONDS))
+    monkeypatch.setenv("RAY_worker_register_timeout_seconds", str(RAY_START_SECONDS))
+    monkeypatch.setenv("RAY_agent_register_timeout_ms", str(1000 * RAY_START_SECONDS))
+
+    from ray._private import services
+
+    # The program that starts a node asks for it again and again. It gives up after 30 s, which no setting changes.
+    get_node = services.get_node
+
+    def get_node_at_last(*args: Any) -> Any:
+        until = time.monotonic() + RAY_START_SECONDS
+        while True:
+            try:
+                return get_node(*args)
+            except RuntimeError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.5)
+
+    monkeypatch.setattr(services, "get_node", get_node_at_last)

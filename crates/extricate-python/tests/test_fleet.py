@@ -330,7 +330,7 @@ def test_keys_that_are_not_text_are_refused(tmp_path: pathlib.Path, key: Any) ->
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="ray is not installed")
-def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
+def test_a_cluster_loses_a_node(tmp_path: pathlib.Path, patient_ray: None) -> None:
     import ray
     from ray.cluster_utils import Cluster
 
@@ -375,7 +375,7 @@ def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="ray is not installed")
-def test_a_node_that_comes_later_is_used(tmp_path: pathlib.Path) -> None:
+def test_a_node_that_comes_later_is_used(tmp_path: pathlib.Path, patient_ray: None) -> None:
     import ray
     from ray.cluster_utils import Cluster
 

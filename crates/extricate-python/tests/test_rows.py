@@ -409,7 +409,7 @@ def test_dask_and_joblib_give_the_same(planar: Scene, tmp_path: pathlib.Path) ->
 
 
 @needs("ray", "pyarrow")
-def test_ray_loses_a_node(tmp_path: pathlib.Path) -> None:
+def test_ray_loses_a_node(tmp_path: pathlib.Path, patient_ray: None) -> None:
     import ray
     from ray.cluster_utils import Cluster
 
@@ -440,7 +440,7 @@ def test_ray_loses_a_node(tmp_path: pathlib.Path) -> None:
 
 
 @needs("ray", "pyarrow")
-def test_ray_data_takes_the_classes_as_they_are(tmp_path: pathlib.Path) -> None:
+def test_ray_data_takes_the_classes_as_they_are(tmp_path: pathlib.Path, patient_ray: None) -> None:
     import ray
 
     hand = Scene.builtin("hand")
