@@ -147,6 +147,8 @@ class Live {
         this.due = requestAnimationFrame(() => {
             this.due = null;
             this.ask(this.wanted, this.cells);
+            // In this frame, not in the next one.
+            if (stage) stage.drawAt(false);
         });
         clearTimeout(this.later);
         this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 350);

@@ -433,8 +433,7 @@ class Stage {
     // Once a frame at most, and only where something changed.
     render() {
         if (this.due) return;
-        this.due = true;
-        requestAnimationFrame(() => this.drawAt(false));
+        this.due = requestAnimationFrame(() => this.drawAt(false));
         clearTimeout(this.later);
         if (this.isSlow) this.later = setTimeout(() => this.drawAt(true), REST);
     }
@@ -451,7 +450,8 @@ class Stage {
     }
 
     draw() {
-        this.due = false;
+        cancelAnimationFrame(this.due);
+        this.due = null;
         this.renderer.render(this.world, this.camera);
         this.onDraw();
     }
