@@ -84,6 +84,8 @@ def bridged(page: chromium.Browser, extricate: Program, native: Path, line: str)
 
         class Asked(http.server.BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
+            # Otherwise the reply waits 40 ms until the browser has confirmed the header.
+            disable_nagle_algorithm = True
 
             def do_POST(self) -> None:  # noqa: N802
                 library.stdin.write(self.rfile.read(int(self.headers["Content-Length"])) + b"\n")
