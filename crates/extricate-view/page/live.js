@@ -151,7 +151,8 @@ class Live {
             if (stage) stage.drawAt(false);
         });
         clearTimeout(this.later);
-        this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 350);
+        // Before the picture is at rest, so that it is drawn with smooth edges once.
+        this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 0.8 * REST);
     }
 
     forget() {
