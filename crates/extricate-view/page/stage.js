@@ -153,7 +153,10 @@ class Stage {
         this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
         this.camera.up.set(0, 0, 1);
         this.isSlow = isDrawnByProcessor();
-        this.renderer = new THREE.WebGLRenderer({ antialias: !this.isSlow });
+        // Nothing shines through the picture, so the browser need not blend it with the page.
+        const canvas = element("canvas");
+        const context = canvas.getContext("webgl2", { alpha: false, antialias: !this.isSlow });
+        this.renderer = new THREE.WebGLRenderer({ canvas, context });
         this.sharpen(true);
         const picture = this.renderer.domElement;
         host.append(picture);
