@@ -46,11 +46,26 @@ PUSH = """(() => {
 })()"""
 
 
-# One step of dragging, until the picture is drawn too.
+# One step of dragging, until the picture is drawn too; also how long the library took, how long the browser was still busy with the
+# page of the step before, and how long the picture took.
 TURN_DRAWN = TURN.replace("return [", """const { stage } = extricate, gl = stage.renderer.getContext();
+    const finish = () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    const asked = performance.now();
+    finish();
+    const idle = performance.now();
     stage.drawAt(false);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    return [""")
+    finish();
+    const split = [window.library_time, idle - asked, performance.now() - idle];
+    return [""").replace("slice];", "slice, ...split];")
+# Keeps the time of the last call of the library.
+TIMED = """(() => {
+    const { library } = extricate.live, call = library.call.bind(library);
+    library.call = request => {
+        const began = performance.now(), reply = call(request);
+        window.library_time = performance.now() - began;
+        return reply;
+    };
+})()"""
 READY = "new Promise(done => { const wait = () => extricate.liveReady ? done() : setTimeout(wait, 50); wait(); })"
 # In place of the library as WebAssembly: the native one, asked over HTTP.
 BRIDGE = """WebAssembly.instantiate = async () => {
@@ -84,6 +99,8 @@ def bridged(page: chromium.Browser, extricate: Program, native: Path, line: str)
 
         class Asked(http.server.BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
+            # Otherwise the reply waits 40 ms until the browser has confirmed the header.
+            disable_nagle_algorithm = True
 
             def do_POST(self) -> None:  # noqa: N802
                 library.stdin.write(self.rfile.read(int(self.headers["Content-Length"])) + b"\n")
@@ -148,9 +165,14 @@ def check_native(page: chromium.Browser, extricate: Program, native: Path, pictu
         with bridged(page, extricate, native, f"{scene}/{scene}.toml -n 2 --seed 1"):
             expect(page.run("extricate.controls.shown.exits[0].distances.length") == 101, f"live {scene}: there is no plot")
             page.run("window.first = extricate.controls.shown.q; extricate.live.ask(first, extricate.live.cells)")
-            times = sorted(time for at in range(2 * MOVES) for time, _ in [page.run(TURN_DRAWN % (at, 0.01 * (at % 5 - 1.5)))])
+            page.run(TIMED)
+            steps = [page.run(TURN_DRAWN % (at, 0.01 * (at % 5 - 1.5))) for at in range(2 * MOVES)]
+            times = sorted(step[0] for step in steps)
+            library, waited, drawn = (statistics.median(step[at] for step in steps) for at in (2, 3, 4))
+            calls, triangles = page.run("(({ calls, triangles }) => [calls, triangles])(extricate.stage.renderer.info.render)")
             print(f"live {scene}: a step of dragging with the picture, by the native library and drawn by software, takes "
-                  f"{times[MOVES]:.1f} ms in the median, {times[int(1.9 * MOVES)]:.1f} ms at 95 %")
+                  f"{times[MOVES]:.1f} ms in the median, {times[int(1.9 * MOVES)]:.1f} ms at 95 %; medians of its parts: library {library:.1f}, "
+                  f"page of the step before {waited:.1f}, picture {drawn:.1f} ms ({calls} draws, {triangles} triangles)")
 
 
 def check_live(page: chromium.Browser, extricate: Program, wasm: Path, native: Path, pictures: Path) -> None:
@@ -203,7 +225,7 @@ def dragged(page: chromium.Browser, name: str, turn: str) -> float:
     """Returns the median time of a step [ms], over those of 20 that show a slice."""
     page.run("window.first = window.first || extricate.controls.shown.q; extricate.live.ask(first, extricate.live.cells)")
     steps = [page.run(turn % (at, 0.01 * (at % 5 - 1.5))) for at in range(MOVES)]
-    times = [time for time, has_slice in steps if has_slice]
+    times = [time for time, has_slice, *_ in steps if has_slice]
     expect(len(times) > MOVES // 2, f"{name}: only {len(times)} of {MOVES} steps show a slice")
     return statistics.median(times)
 

@@ -147,9 +147,12 @@ class Live {
         this.due = requestAnimationFrame(() => {
             this.due = null;
             this.ask(this.wanted, this.cells);
+            // In this frame, not in the next one.
+            if (stage) stage.drawAt(false);
         });
         clearTimeout(this.later);
-        this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 350);
+        // Before the picture is at rest, so that it is drawn with smooth edges once.
+        this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 0.8 * REST);
     }
 
     forget() {

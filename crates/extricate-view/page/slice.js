@@ -26,7 +26,7 @@ const drawnCells = {};
 function drawCells(context, slice, size) {
     if (drawnCells.slice !== slice || drawnCells.colours !== sliceColours()) {
         const image = element("canvas", { width: slice.cells, height: slice.cells });
-        image.getContext("2d").putImageData(cellsOf(slice), 0, 0);
+        image.getContext("2d", { willReadFrequently: true }).putImageData(cellsOf(slice), 0, 0);
         Object.assign(drawnCells, { slice, colours: sliceColours(), image });
     }
     context.imageSmoothingEnabled = false;

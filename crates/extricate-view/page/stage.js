@@ -27,15 +27,52 @@ function geometryOf({ low, side, vertices, triangles, wide }) {
     geometry.setAttribute("position", new THREE.BufferAttribute(inBox(vertices, low, side), 3));
     const corners = bytesOf(triangles);
     geometry.setIndex(new THREE.BufferAttribute(wide ? new Uint32Array(corners) : new Uint16Array(corners), 1));
-    return geometry;
+    return faceted(geometry);
 }
 
+// Corners of their own for every triangle, with its normal: a shade is one of a triangle.
+function faceted(geometry) {
+    const facets = geometry.toNonIndexed();
+    facets.computeVertexNormals();
+    return facets;
+}
+
+// The light of Lambert's law on the side that is seen, in the colours of the screen. It is computed for corners, not for pixels,
+// of which a processor has to draw a million.
+const SHADE = {
+    vertexShader: `
+        uniform vec3 diffuse, emissive;
+        varying vec3 shade;
+        #include <common>
+        #include <colorspace_pars_fragment>
+        #include <lights_pars_begin>
+        void main() {
+            #include <beginnormal_vertex>
+            #include <defaultnormal_vertex>
+            #include <begin_vertex>
+            #include <project_vertex>
+            vec3 outward = normalize(transformedNormal);
+            vec3 normal = dot(outward, mvPosition.xyz) > 0.0 ? -outward : outward;
+            vec3 light = getHemisphereLightIrradiance(hemisphereLights[0], normal)
+                + saturate(dot(normal, directionalLights[0].direction)) * directionalLights[0].color;
+            shade = sRGBTransferOETF(vec4(emissive + RECIPROCAL_PI * diffuse * light, 1.0)).rgb;
+        }`,
+    fragmentShader: `
+        uniform float opacity;
+        varying vec3 shade;
+        void main() {
+            gl_FragColor = vec4(shade, opacity);
+        }`,
+};
+
 function material(colour, opacity) {
-    return new THREE.MeshLambertMaterial({
-        color: colour, opacity, transparent: opacity < 1, depthWrite: opacity === 1, flatShading: true, side: THREE.DoubleSide,
+    const made = new THREE.MeshLambertMaterial({
+        color: colour, opacity, transparent: opacity < 1, depthWrite: opacity === 1, side: THREE.DoubleSide,
         // Without this, what is translucent is drawn twice, and its shader is looked up anew for every picture.
         forceSinglePass: true,
     });
+    made.onBeforeCompile = shader => Object.assign(shader, SHADE);
+    return made;
 }
 
 // Milliseconds without a change after which a picture is at rest.
@@ -63,7 +100,7 @@ function cloudOf({ pose, low, side, centres, size, cubes }) {
         cloud = new THREE.Points(geometry, new THREE.PointsMaterial({ color: COLOURS.obstacle, size: width, vertexColors: true }));
     } else {
         const shape = cubes ? new THREE.BoxGeometry(width, width, width) : new THREE.SphereGeometry(width / 2, 6, 4);
-        cloud = new THREE.InstancedMesh(shape, material(COLOURS.obstacle, 1), count);
+        cloud = new THREE.InstancedMesh(faceted(shape), material(COLOURS.obstacle, 1), count);
         const matrix = new THREE.Matrix4();
         for (let at = 0; at < count; at++) cloud.setMatrixAt(at, matrix.makeTranslation(...places.subarray(3 * at, 3 * at + 3)));
     }
@@ -90,7 +127,7 @@ function visualsOf({ visuals }) {
 // What stands for shapes in quick tests: edges of the convex pieces of meshes, and balls in solids.
 function standInsOf({ bodies, stand_ins: all }) {
     return all.map(({ body, balls, pieces }) => {
-        const spheres = new THREE.InstancedMesh(new THREE.SphereGeometry(1, 16, 10), material(COLOURS.contact, 0.25), balls.length);
+        const spheres = new THREE.InstancedMesh(faceted(new THREE.SphereGeometry(1, 16, 10)), material(COLOURS.contact, 0.25), balls.length);
         balls.forEach(([x, y, z, r], at) => spheres.setMatrixAt(at, new THREE.Matrix4().set(r, 0, 0, x, 0, r, 0, y, 0, 0, r, z, 0, 0, 0, 1)));
         const edges = pieces ? [new THREE.LineSegments(
             new THREE.EdgesGeometry(geometryOf(pieces), 1), new THREE.LineBasicMaterial({ color: COLOURS.contact }))] : [];
@@ -116,7 +153,10 @@ class Stage {
         this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
         this.camera.up.set(0, 0, 1);
         this.isSlow = isDrawnByProcessor();
-        this.renderer = new THREE.WebGLRenderer({ antialias: !this.isSlow });
+        // Nothing shines through the picture, so the browser need not blend it with the page.
+        const canvas = element("canvas");
+        const context = canvas.getContext("webgl2", { alpha: false, antialias: !this.isSlow });
+        this.renderer = new THREE.WebGLRenderer({ canvas, context });
         this.sharpen(true);
         const picture = this.renderer.domElement;
         host.append(picture);
@@ -280,7 +320,7 @@ class Stage {
         for (const { point_second: from, normal } of contacts) {
             const arrow = new THREE.ArrowHelper(
                 new THREE.Vector3(...normal), new THREE.Vector3(...from), size, COLOURS.contact, 0.3 * size, 0.16 * size);
-            const ball = new THREE.Mesh(new THREE.SphereGeometry(0.07 * size, 12, 8), material(COLOURS.contact, 1));
+            const ball = new THREE.Mesh(faceted(new THREE.SphereGeometry(0.07 * size, 12, 8)), material(COLOURS.contact, 1));
             ball.position.set(...from);
             for (const part of [arrow.line, arrow.cone, ball]) {
                 // After what is translucent, and through everything: contacts are mostly hidden between two bodies.
@@ -396,8 +436,7 @@ class Stage {
     // Once a frame at most, and only where something changed.
     render() {
         if (this.due) return;
-        this.due = true;
-        requestAnimationFrame(() => this.drawAt(false));
+        this.due = requestAnimationFrame(() => this.drawAt(false));
         clearTimeout(this.later);
         if (this.isSlow) this.later = setTimeout(() => this.drawAt(true), REST);
     }
@@ -414,7 +453,8 @@ class Stage {
     }
 
     draw() {
-        this.due = false;
+        cancelAnimationFrame(this.due);
+        this.due = null;
         this.renderer.render(this.world, this.camera);
         this.onDraw();
     }
