@@ -638,8 +638,9 @@ typedef struct ExtricateRepairOptions {
     // Whether the rows are frames of a motion, so that the result has one point for each, at the
     // same time: 0 or 1; 0 by default.
     uint32_t frames;
-    // With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's metric: more than 0;
-    // infinity by default, for no limit. The result lags behind steps that are longer.
+    // With `frames`, but not with `keep`: the longest step from frame to frame, in the scene's
+    // metric: more than 0; infinity by default, for no limit. The result lags behind steps that
+    // are longer.
     double max_step;
     // With `frames`: pairs that are at most this far apart beyond the clearance in a row, or
     // overlap there, stay as near if they can: more than 0 [m]; nan by default, which keeps no
