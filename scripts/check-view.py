@@ -17,7 +17,8 @@ Where there is no Chromium, it says so and ends with status 0. What has to hold 
 - frames of a motion, paths and grasps play back, and their numbers are those of the program.
 
 With --native, NATIVE is the example `native` of extricate-wasm, which stands for the library in live pages: they play paths and
-grasps, a waypoint that is dragged changes the path, and how long a step of dragging takes with the picture is told.
+grasps, a waypoint that is dragged changes the path, and how long a step of dragging takes with the picture, and each of its parts,
+is told.
 
 With --live, WASM is what scripts/build-wasm.sh made. Then, of a live page with
 a model of 100,000 labels, and of one in another world than the one that was learned:
