@@ -585,7 +585,7 @@ typedef struct ExtricatePlanOptions {
     // ExtricateOptions; null by default, for none. Such plans neither use nor extend a roadmap.
     const char *keep;
     // Clearance to which the points of the free part are pushed off: 0 to 1e9 [m]; nan by
-    // default, which leaves the path short.
+    // default, which leaves the path short. With `keep` it has to be nan.
     double clearance;
     // Whether to shorten the path: 0 or 1; 1 by default.
     uint32_t shortcut;

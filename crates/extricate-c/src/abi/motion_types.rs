@@ -77,7 +77,7 @@ pub struct ExtricatePlanOptions {
     /// ExtricateOptions; null by default, for none. Such plans neither use nor extend a roadmap.
     pub keep: *const c_char,
     /// Clearance to which the points of the free part are pushed off: 0 to 1e9 \[m\]; nan by
-    /// default, which leaves the path short.
+    /// default, which leaves the path short. With `keep` it has to be nan.
     pub clearance: f64,
     /// Whether to shorten the path: 0 or 1; 1 by default.
     pub shortcut: u32,

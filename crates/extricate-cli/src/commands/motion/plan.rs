@@ -56,7 +56,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "LINK")]
     keep: Option<String>,
     /// Clearance in metres to which points of the free path are pushed off, or as much of it as
-    /// they can keep nearby; without it the path is left short
+    /// they can keep nearby; without it the path is left short. Not with --keep
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
     /// Keep the path as it was found instead of shortening it

@@ -136,6 +136,27 @@ mod tests {
         }
     }
 
+    /// An edge that bends takes hundreds of checks, and a limit ends it in the middle.
+    #[test]
+    fn limits_end_an_edge_that_bends() {
+        let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
+        let keep = KeptLink::from_text(solver.scene(), HELD[1].1).unwrap();
+        let (from, mut rng) = (&labelled(solver.checker(), Label::Free, 1, 3)[0], ChaCha8Rng::seed_from_u64(3));
+        let (to, kept) =
+            (random_walk(&solver, &keep, from, &mut rng), LinkConstraint::all(solver.scene(), &keep, from));
+        let advance = |limit: Termination| {
+            let mut prover = Prover::new(solver.checker(), 1e-4, Deadline::of(&limit)).holding(&kept);
+            let (way, is_there) = prover.advance(from, &to);
+            (way.len(), is_there, prover.checks)
+        };
+        let whole = advance(Termination::default());
+        assert!(whole.1 && whole.2 > 100, "{whole:?}");
+        let part = advance(Termination::after_checks(whole.2 / 2));
+        assert!(!part.1 && part.0 > 0 && part.0 < whole.0 && part.2 <= whole.2 / 2 + 2, "{part:?} {whole:?}");
+        let none = advance(Termination { max_seconds: Some(1e-9), ..Termination::default() });
+        assert!(!none.1 && none.2 <= 2, "{none:?}");
+    }
+
     #[test]
     fn ends_at_which_a_link_is_off_are_named() {
         let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
@@ -144,6 +165,8 @@ mod tests {
         let options = PlanOptions::default().keep(keep.clone());
         let message = solver.plan(&free[0], &free[1], &options).unwrap_err().to_string();
         assert!(message.contains("goal: kept link `gripper`") && message.contains("off by"), "{message}");
+        let message = solver.plan(&free[0], &free[1], &options.clearance(0.01)).unwrap_err().to_string();
+        assert!(message.contains("clearance: got 0.01, expected none with `keep`"), "{message}");
         let away = vec![keep[0].clone().pose(Pose::identity())];
         let message = solver.escape(&free[0], &EscapeOptions::default().keep(away)).unwrap_err().to_string();
         assert!(message.contains("q: kept link `gripper`"), "{message}");

@@ -26,11 +26,10 @@ pub fn push_off(prover: &mut Prover, context: &Context, points: &mut Vec<Vec<f64
         memory.evaluator.begin(Deadline::of(&prover.left()));
         let pushed = push_nearby(context, &anchor, point, (clearance, false), &mut memory);
         prover.checks += memory.checks();
-        let pushed = pushed.map(|(_, pushed)| pushed).and_then(|mut q| prover.project(&mut q).then_some(q));
         // The edge from the last new point to this old one is proved.
         let is_joined =
             |pushed: &Vec<f64>| prover.proves(&new[new.len() - 1], pushed) && prover.proves(pushed, &old[at + 1]);
-        let pushed = pushed.filter(is_joined);
+        let pushed = pushed.map(|(_, pushed)| pushed).filter(is_joined);
         new.push(pushed.unwrap_or_else(|| point.clone()));
     }
     *points = new;

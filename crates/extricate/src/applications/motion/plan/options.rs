@@ -21,7 +21,8 @@ pub struct PlanOptions {
     /// Links that keep their places at the start, or at given poses, all along the path.
     pub keep: Vec<KeptLink>,
     /// Clearance \[m\] to which the points of the free path are pushed off, for pairs without one
-    /// of their own; or as much of it as they can keep nearby. `None` leaves the path short.
+    /// of their own; or as much of it as they can keep nearby. `None` leaves the path short, and is
+    /// the only value with [`PlanOptions::keep`].
     pub clearance: Option<f64>,
     /// Whether to shorten the path.
     pub shortcut: bool,
@@ -70,6 +71,10 @@ impl PlanOptions {
             ("tolerance", self.tolerance),
             ("clearance", self.clearance.unwrap_or(0.0)),
         ];
+        if let Some(clearance) = self.clearance.filter(|_| !self.keep.is_empty()) {
+            let expected = "none with `keep`: points that are pushed off mostly lose the links".into();
+            return Err(Error::Option { name: "clearance", value: clearance.to_string(), expected });
+        }
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, length)) => {
                 Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9".into() })
