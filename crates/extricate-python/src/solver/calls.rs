@@ -290,8 +290,8 @@ macro_rules! calls {
             /// keep: links that keep their places at the start, or given poses, all along the path;
             ///     as in `query`. Such plans neither use nor extend the roadmap.
             /// clearance: clearance [m] that the points of the free path are pushed off to, or as
-            ///     much of it as they can keep nearby. None leaves the path short; with keep, it has to
-            ///     be None.
+            ///     much of it as they can keep nearby. None leaves the path short; with keep, it
+            ///     has to be None.
             /// shortcut: whether to shorten the path.
             /// seed: seed of all random numbers.
             /// threads: threads that grow the roadmap, 0 for one per core; the path is the same.
