@@ -1,15 +1,4 @@
-//! Edges along which links keep their places.
-//!
-//! A straight edge between two configurations that keep a link leaves its place in between, unless
-//! it is short. An edge that does is halved, and its middle projected back, until every part is
-//! proved to keep the links. The parts are then proved as any edge is.
-//!
-//! # Source
-//! Interpolation on a constraint manifold by repeated projection: D. Berenson, S. S. Srinivasa,
-//! D. Ferguson and J. J. Kuffner, "Manipulation planning on constraint manifolds", ICRA 2009,
-//! doi:10.1109/ROBOT.2009.5152399; Z. Kingston, M. Moll and L. E. Kavraki, "Exploring implicit
-//! spaces for constrained sampling-based planning", IJRR 38(10-11), 2019,
-//! doi:10.1177/0278364919868530. Deviation: links are proved to be kept between the points too.
+//! Links that every configuration of a set keeps, as [`super::prover::Prover`] asks of them.
 
 use crate::query::keep::{EdgeScratch, LinkConstraint, Projection, keeps_edge};
 use crate::scene::Scene;

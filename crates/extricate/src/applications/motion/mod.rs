@@ -1,6 +1,6 @@
 //! Motions: paths whose every edge is proved, from queries and the exact checker.
 //!
-//! Read in this order: `prover` (proofs, counted and limited), `held` (edges that keep links),
+//! Read in this order: `prover` (proofs, counted and limited), `held` (links that are kept),
 //! `nodes` (configurations and a search for the nearest), `rrt_connect`, `shortcut`, `path`; then
 //! the applications: `escape`, `roadmap` with `plan`, and `repair`.
 //!

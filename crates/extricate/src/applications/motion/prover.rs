@@ -96,6 +96,17 @@ impl<'a> Prover<'a> {
 
     /// As [`Prover::join`], but returns how far it comes if it does not come to `b`, and whether it
     /// does.
+    ///
+    /// A straight edge between two configurations that keep a link leaves its place in between,
+    /// unless it is short. So it is halved, and its middle projected back, until every part is
+    /// proved to keep the links and to be in the set.
+    ///
+    /// # Source
+    /// D. Berenson, S. S. Srinivasa, D. Ferguson and J. J. Kuffner, "Manipulation planning on
+    /// constraint manifolds", ICRA 2009, doi:10.1109/ROBOT.2009.5152399; Z. Kingston, M. Moll and
+    /// L. E. Kavraki, "Exploring implicit spaces for constrained sampling-based planning", IJRR
+    /// 38(10-11), 2019, doi:10.1177/0278364919868530. Deviation: links are proved to be kept
+    /// between the points too.
     pub fn advance(&mut self, a: &[f64], b: &[f64]) -> (Vec<Vec<f64>>, bool) {
         let mut way = Vec::new();
         let is_there = self.bend([a, b], MAX_HALVINGS, &mut way);
@@ -135,7 +146,7 @@ impl<'a> Prover<'a> {
     /// Moves `q` to a configuration nearby that keeps the links; counts as a check if there are
     /// any. Returns whether there is one.
     pub fn project(&mut self, q: &mut Vec<f64>) -> bool {
-        self.checks += usize::from(!self.held.is_empty());
+        self.checks += usize::from(self.is_held());
         self.held.project(self.checker.scene(), q)
     }
 

@@ -38,7 +38,7 @@ pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 /// planning", ICRA 2000, doi:10.1109/ROBOT.2000.844730. Deviations: edges are proved instead of
 /// sampled, and may slide along contacts; either tree may have several roots; a node that failed is
 /// chosen less; half of the samples keep some factors of a node. If links are kept, samples and
-/// steps are projected to where they are, as in CBiRRT (see `held`).
+/// steps are projected to where they are, as in CBiRRT (see `Prover::advance`).
 pub struct RrtConnect<'a> {
     trees: [Tree<'a>; 2],
     /// Index of the tree that grows next.

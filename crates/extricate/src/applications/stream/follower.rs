@@ -217,8 +217,10 @@ impl Follower {
             }
             answer.witness.set(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
-            let is_held = !context.kept.is_empty();
-            if !is_held && detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0)) && !evaluator.is_spent()
+            let keeps_links = !context.kept.is_empty();
+            if !keeps_links
+                && detour.is_due(context, answer.depth, answer.nearest.unwrap_or(0.0))
+                && !evaluator.is_spent()
             {
                 let goal = kept_nearby(context, aim, &exit, scratch);
                 let resolution = 0.5 * (aim - context.clearance);
@@ -240,7 +242,7 @@ impl Follower {
             answer.clearance = kept(context, aim, &answer.witness, &mut scratch.evaluator);
             answer.checks = scratch.checks();
             // A proxy that has lost the links is no answer; the next frame begins anew.
-            if is_held && !answer.verified {
+            if keeps_links && !answer.verified {
                 proxy.config.clear();
                 return None;
             }

@@ -110,7 +110,7 @@ impl Proxy {
         if context.metric.distance(before, &self.config) > most {
             let part = toward(context, before, &self.config, most);
             // Interpolation rounds, and the rounded configuration is not proved.
-            let is_free = is_free(context, &part, evaluator);
+            let is_free = evaluator.label(context, &part) == Label::Free;
             self.config.copy_from_slice(if is_free { &part } else { before });
         }
     }
