@@ -49,9 +49,9 @@ impl Solver {
     /// Every configuration of the path from [`Plan::free_from`] to [`Plan::free_to`] is proved
     /// free. The parts before and after are escapes: no pair gets deeper than it is at the end of
     /// the path, by more than the tolerance. Links of [`PlanOptions::keep`] keep their places all
-    /// along the path. If no path is found, [`Plan::points`] is empty, which proves nothing. The same
-    /// solver, ends and options give the same path whatever the number of threads, unless a limit in
-    /// seconds ends it.
+    /// along the path. If no path is found, [`Plan::points`] is empty, which proves nothing. The
+    /// same solver, ends and options give the same path whatever the number of threads, unless a
+    /// limit in seconds ends it.
     ///
     /// # Errors
     /// [`Error::Config`] if an end lies beyond a limit, or a link that is to be kept is off there;
